@@ -1,0 +1,130 @@
+"""Configuration: one validated TOML file, `attune.toml`, with a default for everything.
+
+Environment variables override the file: `ATTUNE_SPEECH__ASR=sphinx` sets `asr` of `[speech]`. Secrets come from the
+environment only.
+"""
+
+import os
+import tomllib
+from collections.abc import Mapping
+from pathlib import Path
+from typing import Any, Literal
+
+from pydantic import BaseModel, ConfigDict, Field, ValidationError
+
+from attune.core.errors import AttuneError
+
+FILE_NAME = "attune.toml"
+
+
+class ConfigError(AttuneError):
+    """The configuration is wrong; the message names key, value and what is allowed."""
+
+
+class _Section(BaseModel):
+    model_config = ConfigDict(extra="forbid", frozen=True)
+
+
+class SpeechConfig(_Section):
+    """Hearing."""
+
+    asr: Literal["auto", "sphinx", "whisper"] = "auto"
+    voice_on: float = Field(0.5, gt=0, lt=1)
+    """Voice activity probability at which speech begins."""
+    voice_off: float = Field(0.35, gt=0, lt=1)
+    """Voice activity probability under which a pause begins."""
+    pre_roll: float = Field(0.3, ge=0, le=2)
+    """Audio kept from before the beginning [s]."""
+    end_silence: float = Field(0.6, gt=0, le=5)
+    """Pause after which an utterance ends [s]."""
+    max_utterance: float = Field(20.0, gt=0, le=120)
+    """Longest utterance [s]; it ends there, and what was heard is used."""
+    microphone: str = ""
+    """Name or number of the input device; "" takes the system's default."""
+
+
+class DialogueConfig(_Section):
+    """Understanding and answering."""
+
+    interpreter: Literal["auto", "grammar", "llm"] = "auto"
+
+
+class PlannerConfig(_Section):
+    """Planning."""
+
+    breakfast: tuple[str, ...] = ("bowl", "cereal", "milk", "spoon")
+    """Object types that setting_breakfast brings."""
+    destination_younger: str = "countertop"
+    destination_older: str = "table"
+    destination_unknown: str = "table"
+    """Where things are delivered when the person names no place, by age band (paper, section 3)."""
+
+
+class RobotConfig(_Section):
+    """The robot."""
+
+    kind: Literal["mujoco"] = "mujoco"
+    scene: str = ""
+    """Path of a scene file; "" takes the kitchen that comes with Attune."""
+    seed: int = 0
+
+
+class VoiceConfig(_Section):
+    """Speaking."""
+
+    output: Literal["speaker", "file", "none"] = "speaker"
+    file: str = "attune-voice.wav"
+    voice: str = "en-gb"
+
+
+class Config(_Section):
+    """The whole configuration."""
+
+    speech: SpeechConfig = SpeechConfig()
+    dialogue: DialogueConfig = DialogueConfig()
+    planner: PlannerConfig = PlannerConfig()
+    robot: RobotConfig = RobotConfig()
+    voice: VoiceConfig = VoiceConfig()
+
+
+def load_config(path: Path | None = None, environment: Mapping[str, str] = os.environ) -> Config:
+    """Read the configuration.
+
+    Args:
+        path: The file; None takes `attune.toml` of the working directory if there is one.
+        environment: Where the overrides come from.
+
+    Raises:
+        ConfigError: The file is missing or malformed, a key is unknown, or a value is not allowed.
+    """
+    data: dict[str, Any] = {}
+    source = path or (Path(FILE_NAME) if Path(FILE_NAME).exists() else None)
+    if source is not None:
+        try:
+            data = tomllib.loads(source.read_text(encoding="utf-8"))
+        except OSError as error:
+            raise ConfigError(f"{source} cannot be read: {error.strerror}", "Give the path of a TOML file") from None
+        except (tomllib.TOMLDecodeError, UnicodeDecodeError) as error:
+            raise ConfigError(f"{source} is not valid TOML: {error}", "Correct the file at the named place") from None
+    for name, value in environment.items():
+        section, separator, key = name.removeprefix("ATTUNE_").lower().partition("__")
+        if name.startswith("ATTUNE_") and separator:
+            table = data.setdefault(section, {})
+            if isinstance(table, dict):
+                table[key] = value
+    try:
+        return Config.model_validate(data)
+    except ValidationError as error:
+        raise _explain(error, str(source or "the environment")) from None
+
+
+def _explain(error: ValidationError, source: str) -> ConfigError:
+    item = error.errors()[0]
+    key = ".".join(str(part) for part in item["loc"])
+    if item["type"] == "extra_forbidden":
+        known: type[BaseModel] = Config
+        for part in item["loc"][:-1]:
+            known = type(getattr(known(), str(part)))
+        allowed = ", ".join(known.model_fields)
+        return ConfigError(f"{source}: unknown key {key!r} (value {item['input']!r})", f"Known keys: {allowed}")
+    return ConfigError(f"{source}: {key} = {item['input']!r} is not allowed", item["msg"])
