@@ -25,6 +25,7 @@ class Topic(Generic[T]):
 
 
 UTTERANCE: Topic[m.Utterance] = Topic("speech/utterance", m.Utterance)
+SPEECH_ACTIVITY: Topic[m.SpeechActivity] = Topic("speech/activity", m.SpeechActivity)
 SPEECH_STOP: Topic[m.StopSignal] = Topic("speech/stop", m.StopSignal)
 COMMAND: Topic[m.Command] = Topic("robot/command", m.Command)
 ROBOT_STOP: Topic[m.StopSignal] = Topic("robot/stop", m.StopSignal)
@@ -38,7 +39,7 @@ VOICE_STATUS: Topic[m.VoiceStatus] = Topic("voice/status", m.VoiceStatus)
 EVENT: Topic[Event] = Topic("session/event", Event)
 
 TOPICS: tuple[Topic[Any], ...] = (
-    UTTERANCE, SPEECH_STOP, COMMAND, ROBOT_STOP, ROBOT_STATE, OUTCOME, OBJECTS_IN_USE, PLAN, WORLD, REPLY,
+    UTTERANCE, SPEECH_ACTIVITY, SPEECH_STOP, COMMAND, ROBOT_STOP, ROBOT_STATE, OUTCOME, OBJECTS_IN_USE, PLAN, WORLD, REPLY,
     VOICE_STATUS, EVENT,
 )  # fmt: skip
 

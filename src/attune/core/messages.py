@@ -82,6 +82,14 @@ class Utterance(Message):
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
+class SpeechActivity(Message):
+    """Somebody begins or ends speaking; the voice falls silent for a person who goes on speaking (barge-in)."""
+
+    id: str = field(default_factory=lambda: new_id("activity"))
+    speaking: bool
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
 class StopSignal(Message):
     """Halt, at once. It never waits for a queue, a recogniser or an LLM.
 
