@@ -23,7 +23,7 @@ OTHERS: tuple[m.Message, ...] = (
     m.Utterance(time=2.0, text="bring me a cup", alternatives=("bring me a cop",), age=m.AgeEstimate(band="older")),
     m.StopSignal(time=2.0, state="spotted", source="spotter", word="stop"),
     m.CommandOutcome(time=3.0, command="command-1", kind="bring_me", status="failed", reason="not_found"),
-    m.RobotState(time=3.0, step="transporting_fetch", holding=(CUP,), queue=(m.QueuedTask(object=CUP, destination="table"),)),
+    m.RobotState(time=3.0, step="paused", holding=(CUP,), queue=(m.QueuedTask(object=CUP, destination="table"),)),
     m.WorldState(time=3.0, objects=(m.BelievedObject(spec=CUP, place="counter", position=(1.0, 2.0, 0.9), seen=2.5),)),
     m.PlanTree(time=3.0, root=m.PlanNode(name="transport", children=(m.PlanNode(name="search", status="running"),))),
     m.Reply(time=4.0, text="Here is the cup.", supersedes=("reply-1",)),

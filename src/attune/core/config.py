@@ -63,7 +63,8 @@ class PlannerConfig(_Section):
 class RobotConfig(_Section):
     """The robot."""
 
-    kind: Literal["mujoco"] = "mujoco"
+    kind: Literal["mujoco", "symbolic"] = "mujoco"
+    """`mujoco`: the PR2 with physics. `symbolic`: no physics, for developing plans."""
     scene: str = ""
     """Path of a scene file; "" takes the kitchen that comes with Attune."""
     seed: int = 0
@@ -116,6 +117,21 @@ def load_config(path: Path | None = None, environment: Mapping[str, str] = os.en
         return Config.model_validate(data)
     except ValidationError as error:
         raise _explain(error, str(source or "the environment")) from None
+
+
+def with_values(config: Config, values: Mapping[str, Mapping[str, Any]]) -> Config:
+    """A copy with some values changed, validated like a file: `{"voice": {"output": "none"}}`.
+
+    Raises:
+        ConfigError: A key or value is not allowed.
+    """
+    data = config.model_dump()
+    for section, entries in values.items():
+        data[section] |= entries
+    try:
+        return Config.model_validate(data)
+    except ValidationError as error:
+        raise _explain(error, "the command line") from None
 
 
 def _explain(error: ValidationError, source: str) -> ConfigError:

@@ -1,0 +1,64 @@
+"""The `attune` command: it only assembles. One file per command; each imports what is heavy when it runs."""
+
+import sys
+from collections.abc import Callable, Iterator
+from typing import Any
+
+import typer
+
+from attune import __version__
+from attune.cli.demo import demo
+from attune.cli.devices import devices
+from attune.cli.doctor import doctor
+from attune.cli.listen import listen
+from attune.cli.live import live
+from attune.cli.say import say
+from attune.cli.understand import understand
+from attune.core.errors import AttuneError
+
+app = typer.Typer(
+    name="attune",
+    help="Talk to a household robot, interrupt it at any moment, and be understood.",
+    no_args_is_help=True,
+    add_completion=False,
+    pretty_exceptions_enable=False,
+    context_settings={"help_option_names": ["-h", "--help"]},
+)
+
+COMMANDS: tuple[Callable[..., Any], ...] = (demo, live, say, understand, listen, devices, doctor)
+for command in COMMANDS:
+    app.command()(command)
+
+
+@app.callback(invoke_without_command=True)
+def _options(version: bool = typer.Option(False, "--version", help="Show the version.")) -> None:
+    if version:
+        typer.echo(f"attune {__version__}")
+        raise typer.Exit
+
+
+def main() -> None:
+    """Run the command line. An error that a person can mend is one line, not a traceback; exit status 2."""
+    try:
+        app()
+    except AttuneError as error:
+        _fail(error)
+    except BaseExceptionGroup as group:
+        # A task group wraps what its tasks raise: show the first error that a person can mend.
+        error = next((leaf for leaf in _leaves(group) if isinstance(leaf, AttuneError)), None)
+        if error is None:
+            raise
+        _fail(error)
+
+
+def _leaves(group: BaseExceptionGroup[BaseException]) -> Iterator[BaseException]:
+    for error in group.exceptions:
+        if isinstance(error, BaseExceptionGroup):
+            yield from _leaves(error)
+        else:
+            yield error
+
+
+def _fail(error: AttuneError) -> None:
+    typer.echo(f"attune: {error}", err=True)
+    sys.exit(2)
