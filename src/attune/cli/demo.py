@@ -81,7 +81,5 @@ def _play(scenario: Scenario, config: Config, console: Console, *, fast: bool, t
         mark = "[green]✓[/green]" if check.holds else "[red]✗[/red]"
         console.print(f"  {mark} {check.claim}" + (f"  [dim]{check.detail}[/dim]" if check.detail else ""))
     word = "[bold green]passed[/bold green]" if result.passed else "[bold red]failed[/bold red]"
-    console.print(
-        f"  {word} after {result.robot_time:.0f} s of robot time; the person repeated themselves {result.repetitions} times"
-    )
+    console.print(f"  {word} after {result.robot_time:.0f} s of robot time, {result.repetitions} repetitions")
     return result

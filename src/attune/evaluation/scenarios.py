@@ -118,7 +118,10 @@ def _judge_breakfast(ending: Ending) -> tuple[Check, ...]:
 
 
 def _whereabouts(world: World, names: list[str]) -> str:
-    return ", ".join(f"{name} {'in the ' + (world[name].held_by or '') + ' hand' if world[name].held_by else 'on ' + world[name].place}" for name in names)  # fmt: skip
+    def where(thing: TrueObject) -> str:
+        return f"in the {thing.held_by} hand" if thing.held_by else f"on {thing.place or 'the floor'}"
+
+    return ", ".join(f"{name} {where(world[name])}" for name in names)
 
 
 BRING_ME = Scenario(
