@@ -1,0 +1,176 @@
+"""The robot's voice: speaks replies sentence by sentence, tells how far it got, and gives way to people."""
+
+import re
+from pathlib import Path
+from typing import Literal
+
+import anyio
+
+from attune.core.bus import EVENT, REPLY, SPEECH_ACTIVITY, SPEECH_STOP, VOICE_STATUS, Bus
+from attune.core.clock import Clock
+from attune.core.config import VoiceConfig
+from attune.core.errors import AttuneError
+from attune.core.espeak import sample_rate
+from attune.core.events import Event
+from attune.core.messages import Reply, SpeechActivity, StopSignal, VoiceStatus
+from attune.voice.playback import FileOutput, NoOutput, Output, PlaybackHook, Player, SpeakerOutput
+from attune.voice.synthesis import Speech, Synthesiser
+
+_SENTENCE_END = re.compile(r"(?<=[.!?])\s+")
+_State = Literal["started", "word", "finished", "interrupted", "dropped"]
+_LOWERED = 0.2
+"""Gain while somebody speaks and it is not yet clear whether they want the floor."""
+
+
+class Voice:
+    """Speaks every reply on the bus.
+
+    A person who speaks lowers the voice at once and silences it after `config.barge_in` seconds; shorter sounds
+    ("uh-huh") do not. A spotted stop silences it at once and drops what was still to be said. While somebody speaks,
+    only urgent replies begin.
+
+    Args:
+        on_playback: Gets everything that sounds, as `(samples, rate, time)`, for echo cancellation.
+        output: Where it sounds; None opens what the configuration names.
+
+    Raises:
+        UnknownVoiceError: The configured voice does not exist.
+    """
+
+    def __init__(
+        self,
+        bus: Bus,
+        clock: Clock,
+        config: VoiceConfig,
+        *,
+        on_playback: PlaybackHook | None = None,
+        output: Output | None = None,
+    ) -> None:
+        self._bus = bus
+        self._clock = clock
+        self._config = config
+        self._on_playback = on_playback
+        self._output = output
+        self._synthesiser = Synthesiser()
+        self._synthesiser.synthesise("", voice=config.voice)
+        self._waiting: list[Reply] = []
+        self._superseded: set[str] = set()
+        self._speaking: Reply | None = None
+        self._scope = anyio.CancelScope()
+        self._changed = anyio.Event()
+        self._person_since: float | None = None
+
+    async def run(self) -> None:
+        """Speak until cancelled.
+
+        Raises:
+            OutputError: The configured file cannot be written.
+        """
+        output = self._output or self._open_output()
+        self._player = Player(self._clock, output, self._on_playback)
+        forget = [
+            self._bus.on(REPLY, self._take),
+            self._bus.on(SPEECH_ACTIVITY, self._person_speaks),
+            self._bus.on(SPEECH_STOP, self._stop),
+        ]
+        try:
+            while True:
+                await self._speak(await self._next())
+        finally:
+            for handler in forget:
+                handler()
+            output.close()
+
+    def _open_output(self) -> Output:
+        if self._config.output == "file":
+            return FileOutput(Path(self._config.file), sample_rate())
+        if self._config.output == "speaker":
+            try:
+                return SpeakerOutput(self._config.device, sample_rate())
+            except AttuneError as error:
+                text = f"The robot's words are not audible: {error}"
+                self._bus.publish(EVENT, Event(time=self._clock.now(), kind="warning", text=text))
+        return NoOutput()
+
+    def _take(self, reply: Reply) -> None:
+        overtaken = [r for r in self._waiting if r.id in reply.supersedes or r.urgency == "background"]
+        for old in overtaken:
+            self._waiting.remove(old)
+            self._tell(old, "dropped", "")
+        self._superseded.update(reply.supersedes)
+        if reply.urgency == "urgent":
+            urgent = sum(r.urgency == "urgent" for r in self._waiting)
+            self._waiting.insert(urgent, reply)
+            if self._speaking and self._speaking.urgency != "urgent":
+                self._scope.cancel()
+        else:
+            self._waiting.append(reply)
+        self._changed.set()
+
+    def _person_speaks(self, activity: SpeechActivity) -> None:
+        if not activity.speaking:
+            self._person_since = None
+        elif self._person_since is None:
+            self._person_since = self._clock.now()
+        self._player.gain = _LOWERED if activity.speaking else 1.0
+        self._changed.set()
+
+    def _stop(self, _signal: StopSignal) -> None:
+        for old in self._waiting:
+            self._tell(old, "dropped", "")
+        self._waiting.clear()
+        self._scope.cancel()
+
+    async def _next(self) -> Reply:
+        while not self._waiting or (self._person_since is not None and self._waiting[0].urgency != "urgent"):
+            self._changed = anyio.Event()
+            await self._changed.wait()
+        return self._waiting.pop(0)
+
+    async def _speak(self, reply: Reply) -> None:
+        began = self._clock.now()
+        spoken = ""
+        words = 0
+        sentence: Speech
+
+        def progress(position: float) -> None:
+            nonlocal spoken, words
+            heard = sum(word.time <= position for word in sentence.words)
+            if heard > words:
+                words = heard
+                spoken = " ".join(filter(None, (before, sentence.spoken_until(position))))
+                self._tell(reply, "word", spoken)
+            since = self._person_since
+            # Somebody who was speaking before an urgent reply began does not silence it.
+            if since is not None and since >= began and self._clock.now() - since >= self._config.barge_in:
+                self._scope.cancel()
+
+        self._speaking = reply
+        finished = False
+        try:
+            with anyio.CancelScope() as self._scope:
+                self._tell(reply, "started", "")
+                before = ""
+                for text in filter(None, _SENTENCE_END.split(reply.text.strip())):
+                    if reply.id in self._superseded:
+                        break
+                    sentence = await self._synthesise(text, reply)
+                    words = 0
+                    await self._player.play(sentence.samples, sentence.sample_rate, progress)
+                    before = spoken = " ".join(filter(None, (before, text)))
+                else:
+                    finished = True
+        finally:
+            self._speaking = None
+            self._superseded.discard(reply.id)
+            self._tell(reply, "finished" if finished else "interrupted", spoken)
+
+    async def _synthesise(self, text: str, reply: Reply) -> Speech:
+        voice = self._config.voice
+        return await self._clock.run_in_thread(
+            lambda: self._synthesiser.synthesise(text, voice=voice, rate_wpm=reply.rate, loudness=reply.loudness)
+        )
+
+    def _tell(self, reply: Reply, state: _State, spoken: str) -> None:
+        status = VoiceStatus(time=self._clock.now(), cause=reply.id, reply=reply.id, state=state, spoken=spoken)
+        self._bus.publish(VOICE_STATUS, status)
