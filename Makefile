@@ -3,6 +3,7 @@
 VENV := .venv
 BIN := $(VENV)/bin
 INSTALLED := $(VENV)/.installed
+DEVELOPER := $(VENV)/.installed-developer
 PYTHON ?= python3
 
 # One thread for each numerical library: the control loop and the recogniser share few cores.
@@ -16,7 +17,11 @@ help:  ## Show this list.
 setup: $(INSTALLED)  ## Make .venv and install Attune into it.
 
 $(INSTALLED): pyproject.toml constraints.txt scripts/setup.sh
-	@PYTHON="$(PYTHON)" scripts/setup.sh $(VENV)
+	@PYTHON="$(PYTHON)" scripts/setup.sh $(VENV) .
+	@touch $@
+
+$(DEVELOPER): $(INSTALLED)
+	@PYTHON="$(PYTHON)" scripts/setup.sh $(VENV) '.[dev]'
 	@touch $@
 
 demo: $(INSTALLED)  ## The paper's two scenarios, spoken, in a simulated kitchen.
@@ -25,21 +30,21 @@ demo: $(INSTALLED)  ## The paper's two scenarios, spoken, in a simulated kitchen
 live: $(INSTALLED)  ## Talk to the robot yourself.
 	@$(BIN)/attune live
 
-test: $(INSTALLED)  ## All tests but the slow ones.
+test: $(DEVELOPER)  ## All tests but the slow ones.
 	@$(BIN)/pytest -m "not slow" -q
 
-test-all: $(INSTALLED)  ## All tests.
+test-all: $(DEVELOPER)  ## All tests.
 	@$(BIN)/pytest -q
 
-check: $(INSTALLED)  ## Lint, types and layers.
+check: $(DEVELOPER)  ## Lint, types and layers.
 	@$(BIN)/ruff check .
 	@$(BIN)/ruff format --check .
 	@$(BIN)/mypy
 	@$(BIN)/lint-imports
 
-format: $(INSTALLED)  ## Rewrite the code in the project's format.
+format: $(DEVELOPER)  ## Rewrite the code in the project's format.
 	@$(BIN)/ruff check --fix .
 	@$(BIN)/ruff format .
 
-bench: $(INSTALLED)  ## Measure speed; see benchmarks/README.md.
+bench: $(DEVELOPER)  ## Measure speed; see benchmarks/README.md.
 	@$(BIN)/python -m benchmarks

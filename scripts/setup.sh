@@ -1,9 +1,10 @@
 #!/bin/sh
-# Makes the virtual environment in $1 and installs Attune and its development tools into it.
+# Makes the virtual environment in $1 and installs Attune into it: $2 is "." or, with extras, ".[dev]".
 # Debian packages are installed only if they are missing, and only with a message that says so.
 set -eu
 
 venv=$1
+what=$2
 python=${PYTHON:-python3}
 
 "$python" -c 'import sys; sys.exit(sys.version_info < (3, 11))' 2>/dev/null || {
@@ -36,5 +37,5 @@ if [ -n "$optional" ] && ! install_packages "$optional" "for microphone and loud
 fi
 
 [ -x "$venv/bin/python" ] || { echo "Making $venv"; "$python" -m venv "$venv"; }
-echo "Installing Attune and what it needs into $venv (once)"
-"$venv/bin/python" -m pip install --quiet --disable-pip-version-check -c constraints.txt -e '.[dev]'
+echo "Installing Attune and what it needs into $venv (once): $what"
+"$venv/bin/python" -m pip install --quiet --disable-pip-version-check -c constraints.txt -e "$what"
