@@ -74,8 +74,14 @@ class VoiceConfig(_Section):
     """Speaking."""
 
     output: Literal["speaker", "file", "none"] = "speaker"
+    """`file` writes what is spoken into `file`; `none` speaks to nobody, at the same pace."""
     file: str = "attune-voice.wav"
     voice: str = "en-gb"
+    """Language, and after a `+` a variant: `en-gb`, `en-us+f3`."""
+    device: str = ""
+    """Name or number of the output device; "" takes the system's default."""
+    barge_in: float = Field(0.5, ge=0, le=5)
+    """A person who speaks for this long silences the robot [s]; a shorter "uh-huh" does not."""
 
 
 class Config(_Section):
