@@ -1,0 +1,168 @@
+"""Designators: descriptions of objects and places that are resolved to real ones when they are needed.
+
+No pose is written down for any object: everything is computed from the scene's surfaces, from what is believed, and
+by asking the robot for base poses.
+"""
+
+import math
+from collections.abc import Collection, Iterator
+from dataclasses import dataclass
+
+from attune.core.messages import ObjectSpec
+from attune.core.scene import Scene, Surface
+from attune.planner.belief import DEFAULT_EXTENT, VANISHED, Belief, Individual
+from attune.robots.interface import Point
+
+EDGE = 0.1
+"""From the middle of a thing that is put down to the edge of the surface, at least [m]."""
+GRID = 0.06
+"""Between two candidate spots [m]."""
+GAP = 0.05
+"""Between the footprints of two objects, for the fingers [m]."""
+
+
+@dataclass(frozen=True, slots=True)
+class Spot:
+    """A free spot on a surface; `position` in the map frame [m]."""
+
+    surface: Surface
+    position: Point
+
+
+def candidates(belief: Belief, spec: ObjectSpec, excluded: Collection[str] = ()) -> tuple[Individual, ...]:
+    """The objects that a description may mean, likeliest first.
+
+    What was seen goes before what is only expected, what stands where it belongs before what was brought somewhere,
+    and the normal size before others when none was asked for.
+    """
+    fitting = [
+        item
+        for item in belief.objects
+        if item.is_a(spec)
+        and item.name not in excluded
+        and (not spec.location or item.confidence <= VANISHED or belief.place_of(item) == spec.location)
+    ]
+    return tuple(
+        sorted(fitting, key=lambda item: (item.confidence <= VANISHED, item.displaced, item.size not in {"normal", ""}))
+    )
+
+
+def alternative(belief: Belief, spec: ObjectSpec, excluded: Collection[str] = ()) -> ObjectSpec | None:
+    """The nearest thing that exists: the same type with as many of the wanted properties as possible, or None."""
+    alike = [
+        item
+        for item in belief.objects
+        if item.type == spec.type and item.confidence > VANISHED and item.name not in excluded and not item.held_by
+    ]
+    if not alike:
+        return None
+    best = min(
+        alike,
+        key=lambda item: (bool(spec.color) and item.color != spec.color, bool(spec.size) and item.size != spec.size),
+    )
+    return belief.describe(best)
+
+
+def delivery_surfaces(scene: Scene, place: str) -> tuple[Surface, ...]:
+    """The surfaces of a kind of place, nearest to the user first."""
+    return tuple(sorted(scene.surfaces_at(place), key=lambda surface: _distance_to(surface, scene.user)))
+
+
+def is_delivered(scene: Scene, item: Individual, place: str) -> bool:
+    """Whether an object stands where a delivery to this kind of place would put it, or has put it."""
+    surfaces = delivery_surfaces(scene, place)
+    if item.confidence <= VANISHED or item.held_by or not surfaces:
+        return False
+    brought = item.displaced and item.surface in {surface.name for surface in surfaces}
+    return brought or item.surface == surfaces[0].name
+
+
+def search_order(scene: Scene, belief: Belief, spec: ObjectSpec, excluded: Collection[str]) -> tuple[Surface, ...]:
+    """The surfaces on which an object may be: where it is believed, where its like belongs, then all others."""
+    believed = [item.surface for item in candidates(belief, spec, excluded)]
+    alike = [item.home.surface for item in belief.objects if item.type == spec.type]
+    if spec.location:
+        order = [surface.name for surface in scene.surfaces_at(spec.location)]
+    else:
+        # What stands open is quicker to look over than what must be opened.
+        rest = sorted(scene.surfaces, key=lambda surface: bool(surface.container))
+        order = [*believed, *alike, *(surface.name for surface in rest)]
+    return tuple(scene.surface(name) for name in dict.fromkeys(order) if name)
+
+
+def free_spots(scene: Scene, belief: Belief, place: str, item: Individual | None = None) -> Iterator[Spot]:
+    """Free spots for an object at a kind of place, nearest to the user first."""
+    for surface in delivery_surfaces(scene, place):
+        near = sorted(_grid(surface), key=lambda point: math.dist(point[:2], scene.user))
+        yield from (Spot(surface, point) for point in near if _is_free(belief, surface, point, item))
+
+
+def home_spots(scene: Scene, belief: Belief, item: Individual) -> Iterator[Spot]:
+    """Free spots to return an object to: where it stood, else near that, else anywhere on a surface like it."""
+    surface = scene.surface(item.home.surface) if item.home.surface else scene.surfaces[0]
+    origin = item.home.position or middle(surface)
+    if item.home.position and _is_still_free(belief, surface, origin, item):
+        yield Spot(surface, origin)
+    others = [other for other in scene.surfaces_at(surface.place) if other.name != surface.name]
+    open_ones = [other for other in scene.surfaces if not other.container and other not in (surface, *others)]
+    for option in (surface, *others, *open_ones):
+        near = sorted(_grid(option), key=lambda point: math.dist(point, origin))
+        yield from (Spot(option, point) for point in near if _is_free(belief, option, point, item))
+
+
+def middle(surface: Surface) -> Point:
+    """The middle of a surface as it is used, map frame [m]."""
+    return _on(surface, 0.0, 0.0)
+
+
+def look_points(surface: Surface) -> tuple[Point, ...]:
+    """Points that together let the camera see a whole surface, map frame [m]."""
+    count = max(1, math.ceil(surface.size[0] / 0.8))
+    return tuple(_on(surface, ((index + 0.5) / count - 0.5) * surface.size[0], 0.0) for index in range(count))
+
+
+def _grid(surface: Surface) -> Iterator[Point]:
+    for along in _steps(surface.size[0]):
+        for across in _steps(surface.size[1]):
+            yield _on(surface, along, across)
+
+
+def _steps(length: float) -> tuple[float, ...]:
+    half = max(0.0, length / 2 - EDGE)
+    count = int(2 * half / GRID) + 1
+    return tuple((index - (count - 1) / 2) * GRID for index in range(count))
+
+
+def _on(surface: Surface, along: float, across: float) -> Point:
+    """A point of a surface as it is used (a drawer's when it is open), map frame."""
+    x, y, z = surface.to_map(along, across)
+    return (x + surface.shift[0], y + surface.shift[1], z + surface.shift[2])
+
+
+def _is_free(belief: Belief, surface: Surface, point: Point, item: Individual | None) -> bool:
+    """Whether an object fits there, however it and its neighbours are turned."""
+    own = _radius(item.extent if item else DEFAULT_EXTENT)
+    return all(
+        other.position is None
+        or (item is not None and other.name == item.name)
+        or math.dist(other.position[:2], point[:2]) >= own + _radius(other.extent) + GAP
+        for other in belief.on(surface.name)
+    )
+
+
+def _is_still_free(belief: Belief, surface: Surface, point: Point, item: Individual) -> bool:
+    """Whether nothing was put where an object stood before; its old neighbours may be close."""
+    return all(
+        other.position is None
+        or other.name == item.name
+        or math.dist(other.position[:2], point[:2]) >= (min(item.extent[:2]) + min(other.extent[:2])) / 2 + 0.02
+        for other in belief.on(surface.name)
+    )
+
+
+def _radius(extent: Point) -> float:
+    return max(extent[0], extent[1]) / 2
+
+
+def _distance_to(surface: Surface, user: tuple[float, float]) -> float:
+    return min(math.dist(point[:2], user) for point in _grid(surface))

@@ -1,0 +1,184 @@
+"""The planner's desk: what is wanted, what is believed, and the plan that runs now, in one consistent place."""
+
+from attune.core.bus import OUTCOME, PLAN, WORLD, Bus
+from attune.core.clock import Clock
+from attune.core.errors import AttuneError
+from attune.core.messages import (
+    CommandOutcome,
+    ObjectSpec,
+    OutcomeReason,
+    OutcomeStatus,
+    PlanNode,
+    PlanTree,
+    WorldState,
+)
+from attune.core.scene import Scene
+from attune.planner.agenda import Agenda, Delivery, Goal
+from attune.planner.belief import Belief, Individual
+from attune.planner.designators import alternative
+from attune.planner.plan import Plan
+from attune.planner.recovery import reason_of
+from attune.planner.state import StateBoard
+
+
+class Desk:
+    """Holds agenda, belief, state and the running plan, and tells what becomes of commands."""
+
+    def __init__(self, bus: Bus, clock: Clock, scene: Scene) -> None:
+        self._bus = bus
+        self._clock = clock
+        self.scene = scene
+        self.board = StateBoard(bus, clock)
+        self.belief = Belief(scene, clock, self._world_changed)
+        self.agenda = Agenda()
+        self.goal: Goal | None = None
+        self.plan: Plan | None = None
+        self.given_up: set[str] = set()
+        """Held objects that could not be put down anywhere."""
+
+    # --- the plan ----------------------------------------------------------------------------------------------
+
+    def begin(self, goal: Goal | None) -> Plan:
+        """Make the plan for a goal the running one."""
+        self.goal = goal
+        self.plan = Plan(self._clock, self._plan_changed, lambda atomic: self.board.update(interruptible=not atomic))
+        self.refresh()
+        return self.plan
+
+    def end(self) -> None:
+        """No plan runs any more."""
+        self.plan = self.goal = None
+        self.board.update(interruptible=True)
+        self.refresh()
+
+    def next_goal(self) -> Goal | None:
+        """What to work on, with what is held and not wanted brought home."""
+        for item in self.belief.held().values():
+            if self.agenda.of(item.name) is None and item.name not in self.given_up:
+                tidy = Delivery(
+                    spec=self.belief.describe(item),
+                    destination="",
+                    command="",
+                    kind="put_back",
+                    status="returning",
+                    individual=item.name,
+                )
+                self.agenda = self.agenda.add(tidy)
+        return self.agenda.goal(item.name for item in self.belief.held().values())
+
+    def edit(self, agenda: Agenda) -> bool:
+        """Replace the agenda; interrupt the plan if it is not the right one any more.
+
+        Returns:
+            Whether the interruption has to wait for the end of an atomic part.
+        """
+        self.agenda = agenda
+        self.given_up.clear()
+        deferred = False
+        if self.plan:
+            if self.next_goal() != self.goal:
+                deferred = self.plan.interrupt()
+            else:
+                self.plan.spare()
+        self.refresh()
+        return deferred
+
+    def reserve(self, goal: Goal, individual: str) -> None:
+        """The object of a goal has been found."""
+        self.agenda = self.agenda.change(goal.delivery, individual=individual)
+        self.refresh()
+
+    def close(self, goal: Goal, item: Individual) -> None:
+        """The object of a goal is where it belongs."""
+        delivery = self.agenda.get(goal.delivery)
+        place = self.belief.place_of(self.belief.get(item.name) or item)
+        returned = delivery.status == "returning"
+        self.agenda = self.agenda.change(goal.delivery, status="returned" if returned else "delivered")
+        if not returned or delivery.kind in {"put_back", "cancel_object"}:
+            self._tell_delivery(delivery, "done", place=place)
+        self._tell_end(delivery)
+        self.refresh()
+
+    def fail(self, goal: Goal, failure: AttuneError) -> None:
+        """A goal cannot be reached."""
+        delivery = self.agenda.get(goal.delivery)
+        reason = reason_of(failure)
+        nearest = None
+        if reason == "not_found":
+            others = self.agenda.reserved | {delivery.individual}
+            nearest = alternative(self.belief, delivery.spec, others)
+        if delivery.status == "returning" and delivery.individual:
+            self.given_up.add(delivery.individual)
+        self.agenda = self.agenda.change(goal.delivery, status="failed")
+        self.board.update(step="failed")
+        self._tell_delivery(delivery, "failed", reason, nearest=nearest, detail=str(failure))
+        self._tell_end(delivery)
+        self.refresh()
+
+    def interrupted(self) -> None:
+        """A stop: tell so for each command that has something open."""
+        for command, kind in dict.fromkeys((item.command, item.kind) for item in self.agenda.open):
+            self.tell(command, kind, "interrupted", "stopped")
+
+    # --- telling -----------------------------------------------------------------------------------------------
+
+    def tell(
+        self,
+        command: str,
+        kind: str,
+        status: OutcomeStatus,
+        reason: OutcomeReason = "",
+        object_: ObjectSpec = ObjectSpec(),
+        place: str = "",
+        nearest: ObjectSpec | None = None,
+        detail: str = "",
+    ) -> None:
+        """Publish what became of a command; nobody asked for what has no command."""
+        if not command and status != "failed":
+            return
+        outcome = CommandOutcome(
+            time=self._clock.now(),
+            cause=command,
+            command=command,
+            kind=kind,
+            status=status,
+            reason=reason,
+            object=object_,
+            place=place,
+            alternative=nearest,
+            detail=detail,
+        )
+        self._bus.publish(OUTCOME, outcome)
+
+    def refresh(self) -> None:
+        """Publish the state that follows from agenda and belief."""
+        self.board.refresh(self.agenda, self.belief, self.goal)
+
+    def _tell_delivery(
+        self,
+        delivery: Delivery,
+        status: OutcomeStatus,
+        reason: OutcomeReason = "",
+        *,
+        place: str = "",
+        nearest: ObjectSpec | None = None,
+        detail: str = "",
+    ) -> None:
+        item = self.belief.get(delivery.individual)
+        spec = self.belief.describe(item) if item else delivery.spec
+        self.tell(delivery.command, delivery.kind, status, reason, spec, place or delivery.destination, nearest, detail)
+
+    def _tell_end(self, delivery: Delivery) -> None:
+        """A command about several objects ends with an outcome of its own, without object."""
+        same = [item for item in self.agenda.deliveries if item.command == delivery.command]
+        wanted = [item for item in same if item.status in {"delivered", "failed"}]
+        if delivery.command and len(wanted) > 1 and not any(item.open for item in same):
+            failed = all(item.status == "failed" for item in wanted)
+            self.tell(delivery.command, delivery.kind, "failed" if failed else "done", place=wanted[-1].destination)
+
+    def _world_changed(self, world: WorldState) -> None:
+        self._bus.publish(WORLD, world)
+        self.refresh()
+
+    def _plan_changed(self, root: PlanNode) -> None:
+        self._bus.publish(PLAN, PlanTree(time=self._clock.now(), root=root))

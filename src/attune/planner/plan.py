@@ -1,0 +1,343 @@
+"""The plan language: small parts that compose, run as a live tree, and can be interrupted anywhere.
+
+A `Part` is a name and an async function of the `Node` it runs as; the function hangs further parts below its node with
+`node.do`. The combinators here make parts of parts. A part ends in one of three ways: it succeeds with a value, it
+fails (raises one of `FAILURES`), or it is interrupted (its scope is cancelled); nothing here swallows a cancellation.
+"""
+
+from collections.abc import Awaitable, Callable, Mapping, Sequence
+from dataclasses import dataclass
+from typing import Any, Generic, Literal, TypeVar
+
+import anyio
+import anyio.lowlevel
+
+from attune.core.clock import Clock
+from attune.core.errors import AttuneError
+from attune.core.messages import NodeStatus, PlanNode
+from attune.robots.interface import RobotFailure
+
+T = TypeVar("T")
+
+
+class PlanFailure(AttuneError):  # noqa: N818 - named like the robot's failures
+    """A plan cannot reach its goal for a reason that is not the robot's."""
+
+
+FAILURES: tuple[type[AttuneError], ...] = (RobotFailure, PlanFailure)
+"""What counts as failing; any other exception is a fault of the program and ends the planner."""
+
+
+@dataclass(frozen=True, slots=True)
+class Part(Generic[T]):
+    """Something to do.
+
+    Attributes:
+        atomic: A minor interruption waits for its end.
+    """
+
+    name: str
+    body: Callable[["Node"], Awaitable[T]]
+    atomic: bool = False
+
+
+@dataclass(frozen=True, slots=True)
+class Result:
+    """How a plan ended.
+
+    Attributes:
+        failure: Why it failed, when it did.
+    """
+
+    status: Literal["succeeded", "failed", "interrupted"]
+    failure: AttuneError | None = None
+
+
+class Node:
+    """A part in the running tree."""
+
+    def __init__(self, plan: "Plan", name: str, *, atomic: bool = False) -> None:
+        self._plan = plan
+        self.name = name
+        self.atomic = atomic
+        self.status: NodeStatus = "pending"
+        self.started: float | None = None
+        self.ended: float | None = None
+        self.reason = ""
+        self.children: list[Node] = []
+
+    def frozen(self) -> PlanNode:
+        """This node and those below it as a message."""
+        return PlanNode(
+            name=self.name,
+            status=self.status,
+            started=self.started,
+            ended=self.ended,
+            reason=self.reason,
+            atomic=self.atomic,
+            children=tuple(child.frozen() for child in self.children),
+        )
+
+    def expect(self, parts: Sequence[Part[Any]]) -> list["Node"]:
+        """Hang parts below this node that will run later, so that the tree shows what is to come."""
+        nodes = [Node(self._plan, part.name, atomic=part.atomic) for part in parts]
+        self.children.extend(nodes)
+        return nodes
+
+    async def do(self, part: Part[T], node: "Node | None" = None) -> T:
+        """Run a part below this node and return its value.
+
+        Args:
+            part: What to do.
+            node: Its node, if `expect` has hung it already.
+
+        Raises:
+            One of `FAILURES` when it fails.
+        """
+        return await (node or self.expect([part])[0]).run(part)
+
+    async def run(self, part: Part[T]) -> T:
+        """Run a part as this node."""
+        self._plan.enter(self)
+        try:
+            value = await part.body(self)
+        except anyio.get_cancelled_exc_class():
+            self._plan.leave(self, "interrupted", self._how_far())
+            raise
+        except FAILURES as failure:
+            self._plan.leave(self, "failed", str(failure))
+            raise
+        except BaseException as error:
+            self._plan.leave(self, "failed", repr(error))
+            raise
+        self._plan.leave(self, "succeeded")
+        if self.atomic:
+            await anyio.lowlevel.checkpoint()  # Here a deferred interruption takes effect.
+        return value
+
+    def _how_far(self) -> str:
+        done = sum(child.status == "succeeded" for child in self.children)
+        at = next((child.name for child in self.children if child.status in {"running", "interrupted"}), "")
+        return f"after {done} of {len(self.children)} parts{', during ' + at if at else ''}" if at or done else ""
+
+
+class Plan:
+    """One running tree, and the way to interrupt it. Use once.
+
+    Args:
+        clock: Time.
+        changed: Told the whole tree at every change.
+        atomic_changed: Told whether a minor interruption must wait, when that changes.
+        atomic_limit: Longest that a minor interruption waits for an atomic part [s].
+    """
+
+    def __init__(
+        self,
+        clock: Clock,
+        changed: Callable[[PlanNode], None],
+        atomic_changed: Callable[[bool], None] = lambda atomic: None,
+        atomic_limit: float = 60.0,
+    ) -> None:
+        self._clock = clock
+        self._changed = changed
+        self._atomic_changed = atomic_changed
+        self._atomic_limit = atomic_limit
+        self._scope = anyio.CancelScope()
+        self._depth = 0
+        self._deferred = False
+        self._root: Node | None = None
+
+    @property
+    def atomic(self) -> bool:
+        """Whether an atomic part runs."""
+        return self._depth > 0
+
+    async def run(self, part: Part[Any]) -> Result:
+        """Run a part as the root of the tree, to its end or its interruption."""
+        self._root = Node(self, part.name, atomic=part.atomic)
+        with self._scope:
+            try:
+                await self._root.run(part)
+            except FAILURES as failure:
+                return Result("failed", failure)
+            return Result("succeeded")
+        return Result("interrupted")
+
+    def interrupt(self) -> bool:
+        """Minor interruption: end the plan now, or at the end of the atomic part. Returns whether it has to wait."""
+        if not self.atomic:
+            self._scope.cancel()
+            return False
+        if not self._deferred:
+            self._deferred = True
+            self._scope.deadline = anyio.current_time() + self._atomic_limit
+        return True
+
+    def spare(self) -> None:
+        """Take a deferred interruption back: the plan is the right one again."""
+        self._deferred = False
+        self._scope.deadline = float("inf")
+
+    def stop(self) -> None:
+        """Major interruption: end the plan now, whatever runs."""
+        self._scope.cancel()
+
+    def enter(self, node: Node) -> None:
+        """A node begins."""
+        node.status, node.started = "running", self._clock.now()
+        self._count(node, 1)
+        self._publish()
+
+    def leave(self, node: Node, status: NodeStatus, reason: str = "") -> None:
+        """A node has ended."""
+        node.status, node.ended, node.reason = status, self._clock.now(), reason
+        self._count(node, -1)
+        self._publish()
+        if self._deferred and not self.atomic:
+            self._scope.cancel()
+
+    def _count(self, node: Node, change: int) -> None:
+        if node.atomic:
+            before = self.atomic
+            self._depth += change
+            if self.atomic != before:
+                self._atomic_changed(self.atomic)
+
+    def _publish(self) -> None:
+        if self._root:
+            self._changed(self._root.frozen())
+
+
+# --- combinators --------------------------------------------------------------------------------------------
+
+
+def sequence(name: str, *parts: Part[Any], atomic: bool = False) -> Part[None]:
+    """One after the other; fails with the first that fails."""
+
+    async def body(node: Node) -> None:
+        for part, child in zip(parts, node.expect(parts), strict=True):
+            await node.do(part, child)
+
+    return Part(name, body, atomic)
+
+
+def parallel(name: str, *parts: Part[Any]) -> Part[None]:
+    """All at once; succeeds when all have; the first failure interrupts the others."""
+
+    async def body(node: Node) -> None:
+        failures: list[AttuneError] = []
+
+        async def branch(part: Part[Any], child: Node) -> None:
+            try:
+                await node.do(part, child)
+            except FAILURES as failure:
+                failures.append(failure)
+                group.cancel_scope.cancel()
+
+        async with anyio.create_task_group() as group:
+            for part, child in zip(parts, node.expect(parts), strict=True):
+                group.start_soon(branch, part, child)
+        if failures:
+            raise failures[0]
+
+    return Part(name, body)
+
+
+def try_in_order(
+    name: str, *parts: Part[T], on: tuple[type[AttuneError], ...] = FAILURES, atomic: bool = False
+) -> Part[T]:
+    """The first that succeeds; goes on to the next when one fails with a type in `on`; else fails as the last did."""
+    if not parts:
+        raise ValueError("try_in_order needs a part")
+
+    async def body(node: Node) -> T:
+        children = node.expect(parts)
+        for part, child in zip(parts[:-1], children[:-1], strict=True):
+            try:
+                return await node.do(part, child)
+            except on:
+                continue
+        return await node.do(parts[-1], children[-1])
+
+    return Part(name, body, atomic)
+
+
+def repeat(name: str, part: Part[Any], while_: Callable[[int], bool]) -> Part[None]:
+    """Again and again as long as `while_(rounds done)` holds."""
+
+    async def body(node: Node) -> None:
+        rounds = 0
+        while while_(rounds):
+            await node.do(part)
+            rounds += 1
+
+    return Part(name, body)
+
+
+Recovery = Callable[[Any], Part[Any]]
+"""Makes the part that repairs what a failure has left."""
+
+
+def retry(
+    name: str,
+    part: Callable[[int], Part[T]],
+    attempts: int,
+    recoveries: Mapping[type[AttuneError], Recovery],
+) -> Part[T]:
+    """Up to `attempts` times `part(attempt)`, and between two of them the recovery for the type of the failure.
+
+    Fails with the last failure, or at once with one that has no recovery. A recovery that fails does not end it:
+    the next attempt begins with the world as it is then.
+    """
+
+    async def body(node: Node) -> T:
+        attempt = 0
+        while True:
+            try:
+                return await node.do(part(attempt))
+            except FAILURES as failure:
+                recovery = next((make for type_, make in recoveries.items() if isinstance(failure, type_)), None)
+                attempt += 1
+                if recovery is None or attempt >= attempts:
+                    raise
+                repair = recovery(failure)
+            try:
+                await node.do(repair)
+            except FAILURES:
+                continue
+
+    return Part(name, body)
+
+
+def monitor(
+    name: str,
+    part: Part[T],
+    holds: Callable[[], bool],
+    broken: Callable[[], AttuneError],
+    clock: Clock,
+    period: float = 0.1,
+) -> Part[T]:
+    """Run a part as long as `holds()`; when it does not any more, interrupt the part and fail with `broken()`."""
+
+    async def body(node: Node) -> T:
+        values: list[T] = []
+        failures: list[AttuneError] = []
+
+        async def watch() -> None:
+            while holds():
+                await clock.sleep(period)
+            failures.append(broken())
+            group.cancel_scope.cancel()
+
+        async with anyio.create_task_group() as group:
+            group.start_soon(watch)
+            try:
+                values.append(await node.do(part))
+            except FAILURES as failure:
+                failures.append(failure)
+            group.cancel_scope.cancel()
+        if values:
+            return values[0]
+        raise failures[0]
+
+    return Part(name, body)

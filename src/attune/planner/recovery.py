@@ -1,0 +1,128 @@
+"""Recovery chosen by the type of the failure, and what a failure is called when it is told to the user."""
+
+from collections.abc import Mapping
+from typing import Any
+
+from attune.core.errors import AttuneError
+from attune.core.messages import ObjectSpec, OutcomeReason
+from attune.planner.belief import Individual
+from attune.planner.plan import Node, Part, PlanFailure, Recovery
+from attune.planner.skills import Skills
+from attune.robots.interface import (
+    Collision,
+    ContainerStuck,
+    GraspMissed,
+    GripperFull,
+    ObjectLost,
+    ObjectNotThere,
+    PathBlocked,
+    PlacementFailed,
+    Unreachable,
+)
+
+ATTEMPTS = 5
+"""Times that one delivery is tried from the world as it is."""
+WAIT_FOR_PATH = 2.0
+"""Before a blocked path is planned again: what stands there may leave [s]."""
+
+
+class NotFound(PlanFailure):
+    """An object is nowhere where it might be."""
+
+    def __init__(self, spec: ObjectSpec) -> None:
+        super().__init__(f"no {spec} was found{' in the ' + spec.location if spec.location else ''}")
+
+
+class NoSpace(PlanFailure):
+    """There is no free spot to put something down."""
+
+    def __init__(self, place: str) -> None:
+        super().__init__(f"there is no free spot on the {place}")
+
+
+_REASONS: tuple[tuple[type[AttuneError], OutcomeReason], ...] = (
+    (NotFound, "not_found"),
+    (ObjectNotThere, "not_found"),
+    (NoSpace, "no_space"),
+    (Unreachable, "unreachable"),
+    (GraspMissed, "grasp_failed"),
+    (ObjectLost, "dropped"),
+    (PlacementFailed, "dropped"),
+    (PathBlocked, "blocked"),
+    (ContainerStuck, "blocked"),
+)
+
+
+def reason_of(failure: AttuneError) -> OutcomeReason:
+    """What a failure is called towards the user."""
+    return next((reason for type_, reason in _REASONS if isinstance(failure, type_)), "robot_fault")
+
+
+def recoveries(skills: Skills) -> Mapping[type[AttuneError], Recovery]:
+    """What is done after each type of failure, before the delivery is tried again from the world as it is.
+
+    The next attempt uses the other arm and computes new base poses anyway; what is here is what that attempt
+    needs to find: a true belief, and a robot that is free to move.
+    """
+
+    def part(name: str, body: Any) -> Part[None]:
+        async def recovering(node: Node) -> None:
+            skills.board.update(step="recovering")
+            await body(node)
+
+        return Part(name, recovering)
+
+    def search_again(failure: ObjectNotThere) -> Part[None]:
+        async def body(_: Node) -> None:
+            skills.belief.vanished(failure.name)
+
+        return part(f"forget where {failure.name} was", body)
+
+    def look_for_lost(failure: ObjectLost) -> Part[None]:
+        async def body(node: Node) -> None:
+            skills.belief.vanished(failure.name)
+            if skills.placing:
+                await node.do(skills.look_over(skills.placing.surface, _named(failure.name)))
+
+        return part(f"look for {failure.name}", body)
+
+    def look_at_placed(_: PlacementFailed) -> Part[None]:
+        async def body(node: Node) -> None:
+            holding = skills.robot.status().holding
+            for arm, item in skills.belief.held().items():
+                if holding.get(arm) != item.name and skills.placing:
+                    skills.belief.vanished(item.name)
+                    await node.do(skills.look_over(skills.placing.surface, _named(item.name)))
+
+        return part("look how it stands", body)
+
+    def wait_for_path(_: PathBlocked) -> Part[None]:
+        async def body(_: Node) -> None:
+            await skills.clock.sleep(WAIT_FOR_PATH)
+
+        return part("wait for the way to be free", body)
+
+    def draw_back(_: AttuneError) -> Part[None]:
+        async def body(_: Node) -> None:
+            await skills.robot.park_arms()
+
+        return part("draw the arms back", body)
+
+    return {
+        ObjectNotThere: search_again,
+        ObjectLost: look_for_lost,
+        PlacementFailed: look_at_placed,
+        PathBlocked: wait_for_path,
+        GraspMissed: draw_back,
+        Unreachable: draw_back,
+        ContainerStuck: draw_back,
+        Collision: draw_back,
+        GripperFull: draw_back,
+    }
+
+
+def _named(name: str) -> Any:
+    def found(item: Individual) -> bool:
+        return item.name == name
+
+    return found

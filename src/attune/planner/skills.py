@@ -1,0 +1,281 @@
+"""What the robot can do, as parts of a plan that publish the state before anything moves."""
+
+import math
+from collections.abc import Callable, Iterator
+from contextlib import contextmanager
+from typing import Literal, TypeVar
+
+from attune.core.clock import Clock
+from attune.core.scene import Scene, Surface
+from attune.planner.belief import Belief, Individual
+from attune.planner.designators import Spot, look_points, middle
+from attune.planner.plan import Node, Part, monitor, try_in_order
+from attune.planner.state import StateBoard
+from attune.robots.interface import (
+    Arm,
+    BasePose,
+    LookTarget,
+    ObjectLost,
+    ObjectNotThere,
+    OpenTarget,
+    PathBlocked,
+    Percept,
+    PickTarget,
+    PlaceTarget,
+    Robot,
+    RobotFailure,
+    Target,
+    Unreachable,
+)
+
+T = TypeVar("T")
+
+POSES_TRIED = 3
+"""Base poses from which one thing is tried before it counts as out of reach."""
+
+
+class Skills:
+    """Makes parts that move the robot and keep belief and state up to date."""
+
+    def __init__(self, robot: Robot, scene: Scene, clock: Clock, belief: Belief, board: StateBoard) -> None:
+        self.robot = robot
+        self.scene = scene
+        self.clock = clock
+        self.belief = belief
+        self.board = board
+        self._parked = False
+        self._left_open: set[str] = set()
+        self.placing: Spot | None = None
+        """Where something is being put down at this moment."""
+
+    def reconcile(self) -> None:
+        """After an interruption: believe of the grippers what the robot says."""
+        where = self.placing
+        self.belief.reconcile(
+            self.robot.status().holding, where.surface.name if where else "", where and where.position
+        )
+
+    # --- moving ------------------------------------------------------------------------------------------------
+
+    def drive(self, goal: BasePose, place: str, keep_open: str = "") -> Part[None]:
+        """Close what was opened (but `keep_open`), park the arms and drive; what is held is watched on the way."""
+
+        async def body(node: Node) -> None:
+            await node.do(self._close_all(keep_open))
+            await node.do(self._navigate(goal, place))
+
+        return Part(f"drive to the {place}" if place else "drive", body)
+
+    def _navigate(self, goal: BasePose, place: str) -> Part[None]:
+        async def navigate(_: Node) -> None:
+            with self._moving(base=True):
+                await self.robot.navigate(goal)
+            self.board.note(current_location=place)
+
+        async def body(node: Node) -> None:
+            base = self.robot.status().base
+            turn = abs(math.remainder(base.yaw - goal.yaw, math.tau))
+            if math.dist((base.x, base.y), (goal.x, goal.y)) < 0.01 and turn < 0.02:
+                return
+            if not self._parked:
+                await node.do(self._park())
+            await node.do(Part("navigate", navigate))
+
+        return self._watching_hands("move", Part("move", body))
+
+    def at_base_pose(
+        self, name: str, target: Target, act: Callable[[], Part[T]], place: str, keep_open: str = ""
+    ) -> Part[T]:
+        """Drive to where the target can be reached and act; from the next best pose when that does not work."""
+
+        def attempt(pose: BasePose) -> Part[T]:
+            async def body(node: Node) -> T:
+                await node.do(self.drive(pose, place, keep_open))
+                return await node.do(act())
+
+            return Part("from this pose", body)
+
+        async def body(node: Node) -> T:
+            self.board.update()
+            poses = await self.robot.base_poses(target)
+            if not poses:
+                raise Unreachable(name, "there is no pose for the base")
+            tries = [attempt(pose) for pose in poses[:POSES_TRIED]]
+            return await node.do(try_in_order("pose by pose", *tries, on=(PathBlocked, Unreachable)))
+
+        return Part(name, body)
+
+    def tidy_up(self) -> Part[None]:
+        """Close what was opened and park the arms."""
+
+        async def body(node: Node) -> None:
+            self._left_open.clear()
+            await node.do(self._close_all())
+            await node.do(self._park())
+
+        return Part("tidy up", body)
+
+    def _park(self) -> Part[None]:
+        async def body(_: Node) -> None:
+            with self._moving(arm=True):
+                await self.robot.park_arms()
+            self._parked = True
+
+        return Part("park the arms", body)
+
+    # --- containers --------------------------------------------------------------------------------------------
+
+    def open_for(self, surface: Surface) -> Part[None]:
+        """See that a surface is accessible: open its container if it has one."""
+
+        async def body(node: Node) -> None:
+            if surface.container and surface.container not in self.robot.status().opened:
+                await node.do(self._move_door("open", surface.container))
+
+        return Part(f"open the {surface.place}" if surface.container else "nothing to open", body)
+
+    def _close_all(self, keep_open: str = "") -> Part[None]:
+        async def body(node: Node) -> None:
+            for container in sorted(self.robot.status().opened - {keep_open} - self._left_open):
+                try:
+                    await node.do(self._move_door("close", container))
+                except RobotFailure:
+                    self._left_open.add(container)  # An open door is no reason not to deliver.
+
+        return Part("close what is open", body)
+
+    def _move_door(self, verb: Literal["open", "close"], container: str) -> Part[None]:
+        place = next((surface.place for surface in self.scene.surfaces if surface.container == container), "")
+
+        async def turn(_: Node) -> None:
+            with self._moving(arm=True):
+                await (self.robot.open if verb == "open" else self.robot.close)(container)
+
+        def act() -> Part[None]:
+            return Part(f"{verb} {container}", turn, atomic=True)
+
+        return self.at_base_pose(f"{verb} the {place}", OpenTarget(container), act, place, keep_open=container)
+
+    # --- seeing ------------------------------------------------------------------------------------------------
+
+    def look_over(self, surface: Surface, found: Callable[[Individual], bool]) -> Part[Individual | None]:
+        """Look over a whole surface until something fits `found`; what is missing there is noted.
+
+        The value is what was found, or None.
+        """
+
+        async def look(_: Node) -> Individual | None:
+            self.board.update()
+            seen: list[Individual] = []
+            for point in look_points(surface):
+                for _attempt in range(2):  # A camera may miss what is there.
+                    await self.robot.look_at(point)
+                    seen.extend(self.belief.observe(await self.robot.perceive()))
+                    fitting = [item for item in seen if found(item)]
+                    if fitting:
+                        return fitting[0]
+                    if {item.name for item in self.belief.on(surface.name)} <= {item.name for item in seen}:
+                        break
+            self.belief.missing(surface.name, seen)
+            return None
+
+        async def body(node: Node) -> Individual | None:
+            await node.do(self.open_for(surface))
+            target = LookTarget(middle(surface))
+            return await node.do(
+                self.at_base_pose(
+                    "look there", target, lambda: Part("look", look), surface.place, keep_open=surface.container
+                )
+            )
+
+        return Part(f"look over {surface.name}", body)
+
+    def _look_at(self, item: Individual, percept: Percept) -> Part[Percept]:
+        """See an object again from where the robot stands now."""
+
+        async def body(_: Node) -> Percept:
+            self.board.update()
+            for _attempt in range(2):
+                await self.robot.look_at(percept.pose.position)
+                seen = await self.robot.perceive()
+                self.belief.observe(seen)
+                for again in seen:
+                    if again.name == item.name:
+                        return again
+            raise ObjectNotThere(item.name)
+
+        return Part("look again", body)
+
+    # --- handling ----------------------------------------------------------------------------------------------
+
+    def pick(self, item: Individual, arm: Arm | None) -> Part[None]:
+        """Open what it is in, drive there, look again, and take it."""
+        percept = item.percept
+        if percept is None:
+            raise ObjectNotThere(item.name)
+        surface = self.scene.surface(item.surface) if item.surface else None
+        place = surface.place if surface else ""
+        container = surface.container if surface else ""
+
+        async def grasp(node: Node) -> None:
+            now = await node.do(self._look_at(item, percept))
+            with self._moving(arm=True):
+                used = await self.robot.pick(now, arm)
+            self.belief.taken(item.name, used)
+
+        async def body(node: Node) -> None:
+            if surface:
+                await node.do(self.open_for(surface))
+            target = PickTarget(percept)
+            await node.do(self.at_base_pose("take it", target, lambda: Part("grasp", grasp), place, container))
+
+        return Part(f"pick up {item.name}", body)
+
+    def place(self, item: Individual, arm: Arm, spot: Spot, is_free: Callable[[], bool]) -> Part[None]:
+        """Open what it goes into, drive there, look whether the spot is free, and put it down."""
+        surface = spot.surface
+
+        async def put(_: Node) -> None:
+            self.board.update()
+            await self.robot.look_at(spot.position)
+            self.belief.observe(await self.robot.perceive())
+            if not is_free():
+                raise Unreachable("the spot", "something stands there")
+            self.placing = spot
+            with self._moving(arm=True):
+                await self.robot.place(arm, spot.position)
+            self.belief.put(item.name, surface.name, spot.position)
+
+        async def body(node: Node) -> None:
+            await node.do(self.open_for(surface))
+            self.placing = None
+            target = PlaceTarget(arm, spot.position)
+            act = Part("put down", put)
+            await node.do(self.at_base_pose("put it down", target, lambda: act, surface.place, surface.container))
+
+        return Part(f"put {item.name} on {surface.name}", body)
+
+    def _watching_hands(self, name: str, part: Part[T]) -> Part[T]:
+        """Fail with `ObjectLost` as soon as something held is not in the gripper any more."""
+        held = {arm: item.name for arm, item in self.belief.held().items()}
+        if not held:
+            return part
+
+        def gone() -> tuple[Arm, str] | None:
+            holding = self.robot.status().holding
+            return next(((arm, thing) for arm, thing in held.items() if holding.get(arm) != thing), None)
+
+        def lost() -> ObjectLost:
+            arm, thing = gone() or next(iter(held.items()))
+            return ObjectLost(thing, arm)
+
+        return monitor(name, part, lambda: gone() is None, lost, self.clock)
+
+    @contextmanager
+    def _moving(self, *, arm: bool = False, base: bool = False) -> Iterator[None]:
+        self._parked = self._parked and not arm
+        self.board.update(move_arm=arm, move_base=base)
+        try:
+            yield
+        finally:
+            self.board.note(move_arm=False, move_base=False)

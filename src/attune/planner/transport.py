@@ -1,0 +1,189 @@
+"""Transporting: search, fetch, deliver; always from the world as it is, so that it can begin or resume anywhere."""
+
+import math
+from collections.abc import Iterator
+
+from attune.core.messages import ObjectSpec
+from attune.planner.agenda import Goal
+from attune.planner.belief import EXPECTED, Individual
+from attune.planner.designators import Spot, free_spots, home_spots, is_delivered, search_order
+from attune.planner.desk import Desk
+from attune.planner.plan import FAILURES, Node, Part, retry
+from attune.planner.recovery import ATTEMPTS, NoSpace, NotFound, recoveries
+from attune.planner.skills import Skills
+from attune.robots.interface import ARMS, Arm, ObjectNotThere, PathBlocked, PlacementFailed, Unreachable
+
+SPOTS_TRIED = 4
+"""Free spots tried before a place counts as full."""
+SPOT_SPACING = 0.15
+"""Between two spots that are tried one after the other [m]."""
+
+
+def transport(desk: Desk, skills: Skills, goal: Goal) -> Part[None]:
+    """Bring the object of a goal to where it is wanted, with recovery; closes its delivery when it is there."""
+    delivery = desk.agenda.get(goal.delivery)
+    verb = f"bring to the {goal.destination}" if goal.destination else "put back"
+    work = Transport(desk, skills, goal)
+    return retry(f"{verb}: {delivery.spec}", work.attempt, ATTEMPTS, recoveries(skills))
+
+
+class Transport:
+    """One goal being worked on."""
+
+    def __init__(self, desk: Desk, skills: Skills, goal: Goal) -> None:
+        self._desk = desk
+        self._skills = skills
+        self._belief = desk.belief
+        self._scene = desk.scene
+        self._goal = goal
+        self._must_lift = False
+
+    def attempt(self, number: int) -> Part[None]:
+        """One attempt from the world as it is."""
+
+        async def body(node: Node) -> None:
+            board = self._desk.board
+            delivery = self._desk.agenda.get(self._goal.delivery)
+            board.update(
+                step="set_parameters",
+                object=self._described(),
+                command=delivery.command,
+                destination_location=self._destination(self._item()),
+            )
+            item = self._item()
+            if item is None or not item.held_by:
+                item = await node.do(self._search())
+                if self._is_there(item) and not self._must_lift:
+                    board.update(step="already_done")
+                    self._desk.close(self._goal, item)
+                    return
+                item = await node.do(self._fetch(item, number))
+            await node.do(self._deliver(item))
+
+        return Part(f"attempt {number + 1}", body)
+
+    # --- search ------------------------------------------------------------------------------------------------
+
+    def _search(self) -> Part[Individual]:
+        async def body(node: Node) -> Individual:
+            board = self._desk.board
+            item = self._item()
+            if item and item.percept and item.surface and item.confidence > EXPECTED:
+                return item
+            delivery = self._desk.agenda.get(self._goal.delivery)
+            spec = delivery.spec
+            returning = not self._goal.destination
+            if returning or self._must_lift:
+                spec = ObjectSpec(name=delivery.individual)
+            taken = self._desk.agenda.reserved - {delivery.individual}
+
+            def fits(seen: Individual) -> bool:
+                there = self._place_of(seen)
+                return seen.is_a(spec) and seen.name not in taken and spec.location in {"", there}
+
+            order = [surface.name for surface in search_order(self._scene, self._belief, spec, taken)]
+            if item and item.surface:
+                order = list(dict.fromkeys((item.surface, *order)))
+            for name in order:
+                surface = self._scene.surface(name)
+                board.update(step="transporting_search", object=self._described(), destination_location=surface.place)
+                try:
+                    seen = await node.do(self._skills.look_over(surface, fits))
+                except FAILURES:
+                    continue  # A place that cannot be looked into does not end the search.
+                if seen:
+                    self._desk.reserve(self._goal, seen.name)
+                    return seen
+            raise NotFound(spec if not returning else delivery.spec)
+
+        return Part("search", body)
+
+    # --- fetch and deliver -------------------------------------------------------------------------------------
+
+    def _fetch(self, item: Individual, attempt: int) -> Part[Individual]:
+        arm: Arm | None = None if attempt == 0 else ARMS[attempt % 2]
+
+        async def body(node: Node) -> Individual:
+            self._desk.board.update(
+                step="transporting_fetch",
+                object=self._belief.describe(item),
+                destination_location=self._belief.place_of(item),
+            )
+            await node.do(self._skills.pick(item, arm))
+            self._must_lift = False
+            held = self._belief.get(item.name)
+            if held is None:
+                raise ObjectNotThere(item.name)
+            return held
+
+        return Part("fetch", body)
+
+    def _deliver(self, item: Individual) -> Part[None]:
+        async def body(node: Node) -> None:
+            self._desk.board.update(
+                step="transporting_deliver",
+                object=self._belief.describe(item),
+                destination_location=self._destination(item),
+            )
+            tried: list[Spot] = []
+            failure: Unreachable | PathBlocked | None = None
+            while len(tried) < SPOTS_TRIED and (spot := self._next_spot(item, tried)):
+                tried.append(spot)
+                try:
+                    await node.do(self._put(item, spot))
+                except (Unreachable, PathBlocked) as error:
+                    failure = error
+                    continue
+                self._desk.close(self._goal, item)
+                return
+            raise failure or NoSpace(self._destination(item))
+
+        return Part("deliver", body)
+
+    def _put(self, item: Individual, spot: Spot) -> Part[None]:
+        def is_free() -> bool:
+            return any(free == spot for free in self._spots(item))
+
+        async def body(node: Node) -> None:
+            if not item.held_by:
+                raise ObjectNotThere(item.name)
+            try:
+                await node.do(self._skills.place(item, item.held_by, spot, is_free))
+            except PlacementFailed:
+                self._must_lift = True
+                raise
+
+        return Part("put it down", body)
+
+    def _spots(self, item: Individual) -> Iterator[Spot]:
+        if self._goal.destination:
+            return free_spots(self._scene, self._belief, self._goal.destination, item)
+        return home_spots(self._scene, self._belief, item)
+
+    def _next_spot(self, item: Individual, tried: list[Spot]) -> Spot | None:
+        def is_new(spot: Spot) -> bool:
+            return all(math.dist(spot.position, other.position) >= SPOT_SPACING for other in tried)
+
+        return next((spot for spot in self._spots(item) if is_new(spot)), None)
+
+    # --- what it is about --------------------------------------------------------------------------------------
+
+    def _item(self) -> Individual | None:
+        return self._belief.get(self._desk.agenda.get(self._goal.delivery).individual)
+
+    def _described(self) -> ObjectSpec:
+        item = self._item()
+        return self._belief.describe(item) if item else self._desk.agenda.get(self._goal.delivery).spec
+
+    def _place_of(self, item: Individual) -> str:
+        return self._belief.place_of(item)
+
+    def _destination(self, item: Individual | None) -> str:
+        if self._goal.destination or item is None or not item.home.surface:
+            return self._goal.destination
+        return self._scene.surface(item.home.surface).place
+
+    def _is_there(self, item: Individual) -> bool:
+        if self._goal.destination:
+            return is_delivered(self._scene, item, self._goal.destination)
+        return bool(item.surface) and not item.displaced
