@@ -12,11 +12,7 @@ import mujoco
 
 from attune.robots.interface import ARMS, Arm
 from attune.robots.mujoco import pr2
-
-# Bits for MuJoCo's contact filter. Furniture never meets furniture; within one arm nothing can meet.
-FURNITURE, OBJECT, BODY, RIGHT_ARM, LEFT_ARM = 1, 2, 4, 8, 16
-VISUAL_GROUP = 2
-"""Geoms of this group are only looked at."""
+from attune.robots.mujoco.contact import FURNITURE, LEFT_ARM, OBJECT, RIGHT_ARM, TRUNK, VISUAL_GROUP
 
 WHITE = (0.90, 0.90, 0.88, 1.0)
 SILVER = (0.66, 0.68, 0.70, 1.0)
@@ -103,7 +99,7 @@ def add_pr2(spec: mujoco.MjSpec) -> None:
         spec: What to add it to; its angles are set to radians.
     """
     spec.compiler.degree = False
-    build = _Builder(spec, BODY, FURNITURE | OBJECT)
+    build = _Builder(spec, TRUNK, FURNITURE | OBJECT)
     carrier = build.body(spec.worldbody, "base_carrier", (0, 0, 0))
     build.joint(carrier, "base_x", (1, 0, 0))
     build.joint(carrier, "base_y", (0, 1, 0))
@@ -161,7 +157,7 @@ def _add_head(build: _Builder, torso: mujoco.MjsBody) -> None:
 
 def _add_arm(spec: mujoco.MjSpec, torso: mujoco.MjsBody, arm: Arm) -> None:
     side = pr2.SIDE[arm]
-    meets = FURNITURE | OBJECT | BODY
+    meets = FURNITURE | OBJECT | TRUNK
     build = _Builder(spec, RIGHT_ARM, meets | LEFT_ARM) if arm == "right" else _Builder(spec, LEFT_ARM, meets)
     joint = dict(zip(pr2.ARM_JOINT_KINDS, pr2.ARM_JOINTS[arm], strict=True))
 
