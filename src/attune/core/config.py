@@ -36,7 +36,11 @@ class SpeechConfig(_Section):
     pre_roll: float = Field(0.3, ge=0, le=2)
     """Audio kept from before the beginning [s]."""
     end_silence: float = Field(0.6, gt=0, le=5)
-    """Pause after which an utterance ends [s]."""
+    """Pause after which an utterance ends [s], when it is not known whether it is complete."""
+    end_silence_complete: float = Field(0.4, gt=0, le=5)
+    """The same after what is a whole command [s]."""
+    end_silence_fragment: float = Field(1.2, gt=0, le=5)
+    """The same after a fragment such as "bring me the" [s]."""
     max_utterance: float = Field(20.0, gt=0, le=120)
     """Longest utterance [s]; it ends there, and what was heard is used."""
     microphone: str = ""

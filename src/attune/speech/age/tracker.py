@@ -1,0 +1,54 @@
+"""The age band that the dialogue uses: it does not flip with every utterance, and what a person states wins."""
+
+from collections import deque
+
+import numpy as np
+
+from attune.core.messages import AGE_GROUPS, AgeEstimate, Band
+
+_INTERACTIONS = 5
+_FIRST_OLDER = AGE_GROUPS.index("fifties")
+"""The paper's split: from the fifties on."""
+_BECOMES, _STAYS = 0.65, 0.5
+"""Probability at which a band is taken, and down to which it is kept."""
+
+
+class AgeTracker:
+    """The mean of the last five estimates, with hysteresis."""
+
+    def __init__(self) -> None:
+        self._estimates: deque[AgeEstimate] = deque(maxlen=_INTERACTIONS)
+        self._band: Band = "unknown"
+        self._stated: Band = "unknown"
+
+    def state(self, band: Band) -> None:
+        """Take what the person says about themselves; `unknown` goes back to estimating."""
+        self._stated = band
+
+    def update(self, estimate: AgeEstimate) -> AgeEstimate:
+        """Take the estimate of one utterance and give the one to act on. An empty estimate changes nothing."""
+        if estimate.probabilities:
+            self._estimates.append(estimate)
+        return self.current
+
+    @property
+    def current(self) -> AgeEstimate:
+        """The estimate to act on."""
+        if self._stated != "unknown":
+            return AgeEstimate(probabilities=self._mean(), band=self._stated, confidence=1.0, source="stated")
+        mean = self._mean()
+        if not mean:
+            return AgeEstimate()
+        older = sum(mean[_FIRST_OLDER:])
+        shares: dict[Band, float] = {"older": older, "younger": 1 - older}
+        if shares.get(self._band, 0.0) < _STAYS:
+            self._band = next((band for band, share in shares.items() if share >= _BECOMES), "unknown")
+        confidence = shares.get(self._band, max(shares.values()))
+        return AgeEstimate(
+            probabilities=mean, band=self._band, confidence=confidence, source=self._estimates[-1].source
+        )
+
+    def _mean(self) -> tuple[float, ...]:
+        if not self._estimates:
+            return ()
+        return tuple(np.mean([estimate.probabilities for estimate in self._estimates], axis=0).tolist())

@@ -1,0 +1,175 @@
+"""Hearing: sound in; speech activity, stop signals and utterances out. It listens also while the robot speaks."""
+
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass
+
+import anyio
+import numpy as np
+from anyio.streams.memory import MemoryObjectReceiveStream, MemoryObjectSendStream
+
+from attune.core.bus import EVENT, SPEECH_ACTIVITY, SPEECH_STOP, UTTERANCE, Bus
+from attune.core.clock import Clock
+from attune.core.config import SpeechConfig
+from attune.core.events import Event
+from attune.core.messages import AgeEstimate, SpeechActivity, StopSignal, Utterance
+from attune.speech.age.estimator import AgeEstimator
+from attune.speech.age.tracker import AgeTracker
+from attune.speech.audio import AudioSource, Frame
+from attune.speech.choice import make_recogniser
+from attune.speech.endpointing import Endpointer, SpeechBegan, SpeechEnded
+from attune.speech.recogniser import Recogniser, Recognition
+from attune.speech.stop_spotter import StopSpotter
+
+_Change = SpeechBegan | SpeechEnded | None
+_Heard = Frame | SpeechBegan | SpeechEnded
+_HOPELESS = 0.02
+"""Confidence under which what was recognised is no utterance at all."""
+
+
+@dataclass(frozen=True, slots=True)
+class _Ears:
+    """What works on the sound, made in a thread because it takes a moment."""
+
+    endpointer: Endpointer
+    spotter: StopSpotter
+    recogniser: Recogniser
+
+
+class Listener:
+    """Listens to a source and publishes what is said.
+
+    Two tasks share the work: one finds speech and stop words in every frame, without ever waiting for the other,
+    which recognises the utterances one after the other.
+
+    Args:
+        source: Where the sound comes from.
+        sentences: What people may say; the recogniser learns its words and phrasings from them.
+        age: Estimates the speaker's age; None does not.
+        is_complete: Whether a partial text is a whole sentence (True), a fragment (False), or unknown (None): it
+            sets how long a pause ends the utterance.
+        clean: Removes the robot's own voice (or noise) from each frame before anything hears it.
+        recogniser: Used instead of the configured one.
+    """
+
+    def __init__(
+        self,
+        bus: Bus,
+        clock: Clock,
+        source: AudioSource,
+        sentences: Sequence[str],
+        config: SpeechConfig,
+        *,
+        age: AgeEstimator | None = None,
+        is_complete: Callable[[str], bool | None] = lambda _: None,
+        clean: Callable[[Frame], Frame] = lambda frame: frame,
+        recogniser: Recogniser | None = None,
+    ) -> None:
+        self._bus = bus
+        self._clock = clock
+        self._source = source
+        self._sentences = sentences
+        self._config = config
+        self._age = age
+        self._is_complete = is_complete
+        self._clean = clean
+        self._recogniser = recogniser
+        self._partial = ""
+        self.speaker_age = AgeTracker()
+        """The mean of the last interactions; call its `state` when the person tells their age group."""
+
+    async def run(self) -> None:
+        """Listen until cancelled, or until the source ends and its last utterance is out.
+
+        Raises:
+            AttuneError: The source or the recogniser cannot be used.
+        """
+        ears = await self._clock.run_in_thread(self._make_ears)
+        send, receive = anyio.create_memory_object_stream[_Heard](max_buffer_size=np.inf)
+        async with anyio.create_task_group() as group:
+            group.start_soon(self._recognise, ears, receive)
+            await self._watch(ears, send)
+
+    def _make_ears(self) -> _Ears:
+        recogniser = self._recogniser or make_recogniser(self._config.asr, self._sentences)
+        return _Ears(Endpointer(self._config), StopSpotter(), recogniser)
+
+    async def _watch(self, ears: _Ears, send: MemoryObjectSendStream[_Heard]) -> None:
+        was_speaking = False
+        with send:
+            async for raw in self._source.frames(self._clock):
+                hint = self._is_complete(self._partial) if self._partial else None
+                frame = self._clean(raw)
+
+                def hear(frame: Frame = frame, hint: bool | None = hint) -> tuple[_Change, str]:
+                    return ears.endpointer.accept(frame, hint), ears.spotter.accept(frame.samples, frame.end)
+
+                change, stop_word = await self._clock.run_in_thread(hear)
+                if stop_word:
+                    self._tell_stop(stop_word)
+                if ears.endpointer.speaking != was_speaking:
+                    was_speaking = ears.endpointer.speaking
+                    self._bus.publish(SPEECH_ACTIVITY, SpeechActivity(time=self._clock.now(), speaking=was_speaking))
+                if change is None and ears.endpointer.active:
+                    send.send_nowait(frame)
+                elif change is not None:
+                    send.send_nowait(change)
+            if (ended := ears.endpointer.finish()) is not None:
+                send.send_nowait(ended)
+        if was_speaking:
+            self._bus.publish(SPEECH_ACTIVITY, SpeechActivity(time=self._clock.now(), speaking=False))
+
+    async def _recognise(self, ears: _Ears, receive: MemoryObjectReceiveStream[_Heard]) -> None:
+        utterance: list[Frame] = []
+        recogniser = ears.recogniser
+
+        def accept(frames: Sequence[Frame]) -> str:
+            recogniser.accept(np.concatenate([frame.samples for frame in frames]))
+            return recogniser.partial()
+
+        with receive:
+            async for heard in receive:
+                if isinstance(heard, SpeechEnded):
+                    await self._finish(ears, heard, utterance)
+                    utterance = []
+                    continue
+                if isinstance(heard, SpeechBegan):
+                    recogniser.start()
+                frames = heard.frames if isinstance(heard, SpeechBegan) else (heard,)
+                utterance.extend(frames)
+                self._partial = await self._clock.run_in_thread(lambda frames=frames: accept(frames))  # type: ignore[misc]
+                if stop_word := ears.spotter.accept_partial(self._partial, frames[-1].end):
+                    self._tell_stop(stop_word)
+
+    async def _finish(self, ears: _Ears, ended: SpeechEnded, frames: Sequence[Frame]) -> None:
+        samples = np.concatenate([frame.samples for frame in frames])
+
+        def finish() -> tuple[Recognition, AgeEstimate]:
+            recognition = ears.recogniser.finish()
+            return recognition, self._age.estimate(samples, recognition.words) if self._age else AgeEstimate()
+
+        recognition, estimate = await self._clock.run_in_thread(finish)
+        self._partial = ""
+        ears.spotter.end_utterance()
+        if ended.is_noise or not recognition.text or recognition.confidence < _HOPELESS:
+            return
+        now = self._clock.now()
+        utterance = Utterance(
+            time=now,
+            text=recognition.text,
+            alternatives=recognition.alternatives,
+            confidence=recognition.confidence,
+            in_domain=recognition.in_domain,
+            age=self.speaker_age.update(estimate),
+            start=ended.start,
+            end=ended.end,
+        )
+        self._bus.publish(UTTERANCE, utterance)
+        self._bus.publish(
+            EVENT,
+            Event(time=now, cause=utterance.id, kind="heard", text="Heard an utterance", data={"text": utterance.text}),
+        )
+
+    def _tell_stop(self, word: str) -> None:
+        now = self._clock.now()
+        self._bus.publish(SPEECH_STOP, StopSignal(time=now, state="spotted", source="spotter", word=word))
+        self._bus.publish(EVENT, Event(time=now, kind="stop_spotted", text=f'Heard "{word}"'))

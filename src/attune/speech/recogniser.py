@@ -1,0 +1,70 @@
+"""What every speech recogniser offers: sound in, partial and final text out."""
+
+from dataclasses import dataclass
+from typing import Protocol
+
+from attune.speech.audio import Samples
+
+
+@dataclass(frozen=True, slots=True)
+class RecognisedWord:
+    """A word and when it was said.
+
+    Attributes:
+        start: From the first sample that the recogniser got [s].
+        end: Likewise [s].
+        confidence: 0 to 1.
+    """
+
+    text: str
+    start: float
+    end: float
+    confidence: float
+
+
+@dataclass(frozen=True, slots=True)
+class Recognition:
+    """What was said.
+
+    Attributes:
+        text: Lower case, no punctuation; "" when nothing was recognised.
+        alternatives: Other readings, best first, without `text`.
+        confidence: 0 to 1 that this is what was said.
+        in_domain: False when the sound fits the domain badly: noise, talk about something else.
+        words: In order.
+    """
+
+    text: str = ""
+    alternatives: tuple[str, ...] = ()
+    confidence: float = 0.0
+    in_domain: bool = False
+    words: tuple[RecognisedWord, ...] = ()
+
+
+class Recogniser(Protocol):
+    """Recognises one utterance at a time: start, accept (many times), finish.
+
+    The calls may block (some milliseconds for each frame, more for `finish`), so they are made in worker threads; one
+    thread at a time.
+    """
+
+    @property
+    def name(self) -> str:
+        """What it is and what it knows, for people."""
+        ...
+
+    def start(self) -> None:
+        """Begin an utterance."""
+        ...
+
+    def accept(self, samples: Samples) -> None:
+        """Take the next samples, 16 kHz mono."""
+        ...
+
+    def partial(self) -> str:
+        """What has been understood so far; may change with the next samples."""
+        ...
+
+    def finish(self) -> Recognition:
+        """End the utterance."""
+        ...

@@ -1,0 +1,147 @@
+"""Offline recognition with PocketSphinx and a language model of the domain: the embedded default."""
+
+import hashlib
+import math
+import os
+import shutil
+import tempfile
+from collections.abc import Sequence
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import platformdirs
+
+from attune.speech.audio import Samples
+from attune.speech.language_model import LanguageModel
+from attune.speech.pronunciation import dictionary_text, pronounce
+from attune.speech.recogniser import RecognisedWord, Recognition
+
+_MODEL_FORMAT = 1
+"""Part of the key of cached models; to be raised when the way they are built changes."""
+_LOG_BASE = math.log(1.0001)
+"""PocketSphinx gives scores as powers of 1.0001."""
+_FRAMES_PER_SECOND = 100
+
+IN_DOMAIN_SCORE = -24.8
+"""Domain score less phone-loop score, for each frame, under which speech is about something else."""
+_CONFIDENCE_SLOPE = 0.25
+_ALTERNATIVES = 4
+
+
+class SphinxRecogniser:
+    """PocketSphinx, streaming. The model is built from the sentences once and then cached.
+
+    Next to the domain's model a loop over all phones runs on the same sound: how much worse the domain explains the
+    sound than free phones do tells whether the sound is of the domain at all.
+
+    Args:
+        sentences: What people may say: lower case, no punctuation. Their words are all it can hear.
+        cache: Folder for built models; None is the user's cache.
+
+    Raises:
+        UnpronounceableWordError: A word cannot be learned, so it would be dropped in silence.
+    """
+
+    def __init__(self, sentences: Sequence[str], cache: Path | None = None) -> None:
+        import pocketsphinx
+
+        folder = _build(sentences, cache or Path(platformdirs.user_cache_dir("attune")) / "speech")
+        models = Path(pocketsphinx.get_model_path()) / "en-us"
+        common = {"hmm": str(models / "en-us"), "loglevel": "FATAL"}
+        self._domain = pocketsphinx.Decoder(lm=str(folder / "domain.arpa"), dict=str(folder / "domain.dict"), **common)
+        self._phones = pocketsphinx.Decoder(
+            allphone=str(models / "en-us-phone.lm.bin"), lw=2.0, beam=1e-20, pbeam=1e-20, **common
+        )
+        self._words = (folder / "domain.dict").read_text("utf-8").count("\n")
+
+    @property
+    def name(self) -> str:
+        """PocketSphinx with the size of its dictionary."""
+        return f"PocketSphinx, {self._words} pronunciations"
+
+    def start(self) -> None:
+        """Begin an utterance."""
+        self._domain.start_utt()
+        self._phones.start_utt()
+
+    def accept(self, samples: Samples) -> None:
+        """Take the next samples, 16 kHz mono."""
+        data = pcm16(samples)
+        self._domain.process_raw(data)
+        self._phones.process_raw(data)
+
+    def partial(self) -> str:
+        """What has been understood so far."""
+        hypothesis = self._domain.hyp()
+        return hypothesis.hypstr if hypothesis else ""
+
+    def finish(self) -> Recognition:
+        """End the utterance."""
+        self._domain.end_utt()
+        self._phones.end_utt()
+        hypothesis, loop = self._domain.hyp(), self._phones.hyp()
+        if not hypothesis or not hypothesis.hypstr:
+            return Recognition()
+        words = tuple(self._said_words())
+        frames = max(1, self._domain.n_frames())
+        score = (_log(hypothesis.best_score) - _log(loop.best_score)) / frames if loop else -math.inf
+        return Recognition(
+            text=hypothesis.hypstr,
+            alternatives=self._alternatives(hypothesis.hypstr),
+            confidence=1 / (1 + math.exp(min(50.0, -_CONFIDENCE_SLOPE * (score - IN_DOMAIN_SCORE)))),
+            in_domain=score >= IN_DOMAIN_SCORE,
+            words=words,
+        )
+
+    def _said_words(self) -> list[RecognisedWord]:
+        return [
+            RecognisedWord(
+                text=segment.word.split("(")[0],
+                start=segment.start_frame / _FRAMES_PER_SECOND,
+                end=(segment.end_frame + 1) / _FRAMES_PER_SECOND,
+                confidence=min(1.0, float(segment.prob)),
+            )
+            for segment in self._domain.seg()
+            if segment.word[0] not in "<[+"
+        ]
+
+    def _alternatives(self, best: str) -> tuple[str, ...]:
+        found: dict[str, None] = {}
+        # The list has many that differ in pauses only.
+        for _, hypothesis in zip(range(50), self._domain.nbest() or (), strict=False):
+            if hypothesis and hypothesis.hypstr and hypothesis.hypstr != best:
+                found.setdefault(hypothesis.hypstr)
+            if len(found) == _ALTERNATIVES:
+                break
+        return tuple(found)
+
+
+def pcm16(samples: Samples) -> bytes:
+    """Samples as the 16 bit little-endian integers that the decoders take."""
+    return (np.clip(samples, -1, 1) * 32767).astype("<i2").tobytes()
+
+
+def _log(score: Any) -> float:
+    """A score as logarithm to the base 1.0001; a score of zero has underflowed."""
+    return math.log(max(float(score), 1e-300)) / _LOG_BASE
+
+
+def _build(sentences: Sequence[str], cache: Path) -> Path:
+    """The folder with `domain.arpa` and `domain.dict`, built if it is not cached."""
+    key = hashlib.sha256("\n".join([str(_MODEL_FORMAT), *sentences]).encode()).hexdigest()[:16]
+    folder = cache / key
+    if folder.is_dir():
+        return folder
+    model = LanguageModel(sentences)
+    dictionary = dictionary_text(pronounce(model.words))
+    cache.mkdir(parents=True, exist_ok=True)
+    unfinished = Path(tempfile.mkdtemp(dir=cache, prefix="unfinished-"))
+    (unfinished / "domain.arpa").write_text(model.arpa(), encoding="utf-8")
+    (unfinished / "domain.dict").write_text(dictionary, encoding="utf-8")
+    try:
+        os.replace(unfinished, folder)
+    except OSError:
+        # Another process was faster and built the same.
+        shutil.rmtree(unfinished)
+    return folder

@@ -1,0 +1,83 @@
+"""Hears "stop" while the person is still speaking, from the raw stream and from partial results."""
+
+import re
+import tempfile
+from pathlib import Path
+
+from attune.speech.audio import Samples
+from attune.speech.pronunciation import dictionary_text, pronounce
+from attune.speech.sphinx import pcm16
+
+_KEYWORDS = {"stop": 1e-10, "freeze": 1e-5}
+"""Threshold of the keyword search; "halt" fires on half of all speech, so only the partial results tell it."""
+_STOP = re.compile(r"(?<!\w)(stop|freeze|halt|wait|pause|hold (?:on|it)|don't move|stand still)(?!\w)")
+_NEGATED = re.compile(r"(?<!\w)(?:don't|do not|not|never|without|can't|no need to)(?: \w+)? $")
+_REFRACTORY = 1.0
+"""Both ways of hearing tell the same word within this time [s]."""
+
+
+class StopSpotter:
+    """A keyword search that always runs, and the stop words of partial results. The first of the two counts.
+
+    It errs towards stopping: a spotted stop only pauses the robot, and the whole utterance decides. Belongs to one
+    thread at a time.
+    """
+
+    def __init__(self) -> None:
+        import pocketsphinx
+
+        models = Path(pocketsphinx.get_model_path()) / "en-us"
+        with tempfile.TemporaryDirectory() as folder:
+            dictionary, keywords = Path(folder) / "stop.dict", Path(folder) / "stop.keywords"
+            dictionary.write_text(dictionary_text(pronounce(_KEYWORDS)), encoding="utf-8")
+            keywords.write_text("".join(f"{word} /{threshold:g}/\n" for word, threshold in _KEYWORDS.items()))
+            self._search = pocketsphinx.Decoder(
+                hmm=str(models / "en-us"), dict=str(dictionary), kws=str(keywords), loglevel="FATAL"
+            )
+        self._search.start_utt()
+        self._told: float | None = None
+        self._stops_in_partial = 0
+        self._partial = ""
+
+    def accept(self, samples: Samples, time: float) -> str:
+        """Take the next samples of the raw stream.
+
+        Args:
+            samples: 16 kHz mono.
+            time: Of the last sample [s].
+
+        Returns:
+            The stop word that was heard just now, or "".
+        """
+        self._search.process_raw(pcm16(samples))
+        hypothesis = self._search.hyp()
+        if not hypothesis:
+            return ""
+        word = hypothesis.hypstr.split()[0]
+        # Without a fresh start the same hit would be reported for ever.
+        self._search.end_utt()
+        self._search.start_utt()
+        return word if not _NEGATED.search(f"{self._partial} ") and self._is_new(time) else ""
+
+    def accept_partial(self, text: str, time: float) -> str:
+        """Take what the recogniser has understood so far of the utterance.
+
+        Returns:
+            The stop word that is new in it, or "".
+        """
+        self._partial = text
+        stops = [match for match in _STOP.finditer(text) if not _NEGATED.search(text[: match.start()])]
+        is_more = len(stops) > self._stops_in_partial
+        self._stops_in_partial = max(self._stops_in_partial, len(stops))
+        return stops[-1].group() if is_more and self._is_new(time) else ""
+
+    def end_utterance(self) -> None:
+        """The utterance of the partial results has ended."""
+        self._partial = ""
+        self._stops_in_partial = 0
+
+    def _is_new(self, time: float) -> bool:
+        if self._told is not None and time - self._told < _REFRACTORY:
+            return False
+        self._told = time
+        return True
