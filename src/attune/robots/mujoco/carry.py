@@ -1,0 +1,117 @@
+"""Postures for driving: arms folded, or holding something upright, high enough for the tables and close to the body."""
+
+from collections.abc import Mapping
+from types import MappingProxyType
+
+import numpy as np
+from numpy.typing import NDArray
+
+from attune.robots.interface import Arm
+from attune.robots.mujoco import pr2
+from attune.robots.mujoco.arm_paths import joint_path, upright_path
+from attune.robots.mujoco.imagination import Imagination
+from attune.robots.mujoco.kinematics import rotation
+from attune.robots.mujoco.reaching import comfort
+
+Array = NDArray[np.float64]
+
+FOLDED: Mapping[Arm, Array] = MappingProxyType(
+    {
+        "right": np.array([-0.22, 1.33, -0.92, -2.25, 0.74, -0.95, -1.27]),
+        "left": np.array([0.22, 1.33, 0.92, -2.25, -0.74, -0.95, 1.27]),
+    }
+)
+"""The empty arm's posture: inside the base's outline, elbow down, hand before the chest."""
+
+_HEIGHTS = (1.04, 1.12, 0.98)
+"""Of a carried object's bottom over the floor [m]."""
+_AHEAD = (0.25, 0.33, 0.41, 0.5, 0.6)
+_ASIDE = (0.0, 0.12, 0.24, 0.36)
+_TURNS = 12
+_TRIES = 400
+_PATHS = 6
+_SAME = 0.05
+"""Joints nearer than this to a posture are in it [rad]."""
+
+
+def folding_path(world: Imagination, arm: Arm, rng: np.random.Generator) -> Array | None:
+    """A free path of an empty arm from where it is to the folded posture, shape (n, 7), or None."""
+    return joint_path(world, arm, world.arm(arm), FOLDED[arm], rng)
+
+
+def is_folded(world: Imagination, arm: Arm) -> bool:
+    """Whether the arm is in the folded posture already."""
+    goal = world.kinematics[arm].unwrap(FOLDED[arm], world.arm(arm))
+    return bool(np.max(np.abs(goal - world.arm(arm))) < _SAME)
+
+
+def carrying_path(world: Imagination, arm: Arm, start: Array, reach: float, rng: np.random.Generator) -> Array | None:
+    """A free path of an arm that carries something to a posture for driving, shape (n, 7), or None.
+
+    Args:
+        world: Made with the object in the gripper.
+        arm: The arm.
+        start: Its configuration; the object is upright in it.
+        reach: Radius of the carried object around its middle [m].
+        rng: For the search.
+    """
+    tries = 0
+    for posture in _postures(world, arm, start, reach)[:_TRIES]:
+        world.set_arm(arm, posture)
+        if not world.free():
+            continue
+        path = upright_path(world, arm, start, posture, rng)
+        tries += 1
+        if path is not None:
+            return path
+        if tries == _PATHS:
+            break
+    return None
+
+
+def _postures(world: Imagination, arm: Arm, start: Array, reach: float) -> Array:
+    """Upright configurations close to the body, best first, shape (n, 7)."""
+    kinematics, torso = world.kinematics[arm], world.torso_frame()
+    world.set_arm(arm, start)
+    _, orientation = kinematics.forward(start[None])
+    tool, held = world.tool(arm), world.carried_frame(arm)
+    above_bottom = tool.position[2] - held.position[2]
+    offset = torso.rotation.T @ (held.position - tool.position)
+    side = 1.0 if arm == "left" else -1.0
+    turns = 2 * np.pi * np.arange(_TURNS) / _TURNS
+    grid = np.array(
+        [
+            (x, side * y, height + above_bottom - torso.position[2], turn)
+            for height in _HEIGHTS
+            for x in _AHEAD
+            for y in _ASIDE
+            for turn in turns
+        ]
+    )
+    turned = rotation(2, grid[:, 3])
+    # The grid is where the object's middle goes; the hand is beside it.
+    moved = (turned @ offset)[:, :2]
+    position = np.column_stack((grid[:, :2] - moved, grid[:, 2]))
+    q, index = kinematics.solutions(position, turned @ orientation[0], kinematics.pan_grid(0.2))
+    same = kinematics.branch(q) == kinematics.branch(start[None])[0]
+    q, index = q[same], index[same]
+    q = kinematics.unwrap(q, start)
+    base_offset = np.array([pr2.SHOULDER_OFFSETS[arm][0], 0.0])
+    wrist = position[index] - pr2.TOOL_OFFSET * (turned @ orientation[0])[index][:, :, 0]
+    elbow = kinematics.elbow(q)
+    radius = np.max(
+        (
+            np.linalg.norm(grid[index, :2] + base_offset, axis=1) + reach,
+            np.linalg.norm(position[index, :2] + base_offset, axis=1) + 0.03,
+            np.linalg.norm(wrist[:, :2] + base_offset, axis=1) + 0.05,
+            np.linalg.norm(elbow[:, :2] + base_offset, axis=1) + 0.07,
+        ),
+        axis=0,
+    )
+    cost = (
+        6.0 * np.maximum(0.0, radius - 0.47)
+        + 0.15 * np.max(np.abs(q - start), axis=1)
+        + comfort(kinematics, q) ** 8
+        + 0.05 * (grid[index, 2] != grid[0, 2])
+    )
+    return np.asarray(q[np.argsort(cost, kind="stable")])

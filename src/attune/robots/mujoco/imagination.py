@@ -1,0 +1,256 @@
+"""The robot's own copy of the kitchen, in which it tries motions before it makes them.
+
+It is the simulation's model with objects where the robot believes them to be, and with wider geoms. What the robot does
+not know of is not there. Furniture and believed objects never touch each other here; only contacts of the robot, and of
+what it carries, are looked for.
+"""
+
+import copy
+from collections.abc import Mapping, Sequence
+from typing import Any, cast
+
+import mujoco
+import numpy as np
+from numpy.typing import NDArray
+
+from attune.robots.interface import ARMS, Arm, BasePose, Point, Pose
+from attune.robots.mujoco import contact, pr2
+from attune.robots.mujoco.frames import Frame, frame_of, quaternion, torso_frame
+from attune.robots.mujoco.kinematics import ArmGeometry, ArmKinematics
+from attune.robots.mujoco.solids import Solid, solids
+
+Array = NDArray[np.float64]
+
+MARGIN = 0.004
+"""Kept between the arms and everything else [m]."""
+_FINGER_MARGIN = 0.001
+"""The fingers must come near to what they grasp [m]."""
+_GIVE = 0.012
+"""How much farther the gap may close between the first pad's touch and the second's [m]."""
+_AWAY = 50.0
+"""Where objects are that the robot does not know of [m]."""
+_ARM_BITS: Mapping[Arm, int] = {"right": contact.RIGHT_ARM, "left": contact.LEFT_ARM}
+
+
+class Imagination:
+    """One imagined state of robot and kitchen. Not for several threads at once.
+
+    Args:
+        model: The simulation's model; it is copied.
+        qpos: The state of robot and furniture to start from.
+        objects: Poses of all objects believed to be there, by name, without the carried ones.
+        carried: The object in each gripper, with its pose in the tool frame.
+    """
+
+    def __init__(
+        self, model: Any, qpos: Array, objects: Mapping[str, Pose], carried: Mapping[Arm, tuple[str, Frame]]
+    ) -> None:
+        self.model = copy.copy(model)
+        self.data = mujoco.MjData(self.model)
+        self.data.qpos[:] = qpos
+        self._arm_address = {arm: self._addresses(pr2.ARM_JOINTS[arm]) for arm in ARMS}
+        self._base_address = self._addresses(pr2.BASE_JOINTS)
+        self._carried = dict(carried)
+        self.kinematics = {arm: ArmKinematics(arm_geometry(arm)) for arm in ARMS}
+        self._set_contacts()
+        for index, name in enumerate(object_names(model)):
+            if name in objects:
+                self.put(name, frame_of(objects[name]))
+            else:
+                self.put(name, Frame(np.array([_AWAY + index, 0.0, 0.0]), np.eye(3)))
+        self._move_carried()
+
+    def _addresses(self, joints: Sequence[str]) -> NDArray[np.intp]:
+        return np.array([self.model.joint(joint).qposadr[0] for joint in joints], dtype=np.intp)
+
+    def _set_contacts(self) -> None:
+        m = self.model
+        robot = np.isin(m.geom_contype, (contact.TRUNK, *_ARM_BITS.values()))
+        others = ~robot & (m.geom_contype > 0)
+        m.geom_conaffinity[others] = 0
+        m.geom_margin[:] = 0.0
+        m.geom_margin[np.isin(m.geom_contype, tuple(_ARM_BITS.values()))] = MARGIN
+        fingers = [m.jnt_bodyid[m.joint(joint).id] for arm in ARMS for joint in pr2.FINGER_JOINTS[arm]]
+        m.geom_margin[np.isin(m.geom_bodyid, fingers)] = _FINGER_MARGIN
+        meets = contact.FURNITURE | contact.OBJECT | contact.TRUNK
+        for arm, (name, _) in self._carried.items():
+            other = contact.LEFT_ARM if arm == "right" else contact.RIGHT_ARM
+            for geom in np.flatnonzero(m.geom_bodyid == m.body(name).id):
+                if m.geom_contype[geom]:
+                    m.geom_contype[geom] = _ARM_BITS[arm]
+                    m.geom_conaffinity[geom] = meets | other
+                    m.geom_margin[geom] = MARGIN / 2
+        m.opt.disableflags |= mujoco.mjtDisableBit.mjDSBL_WARMSTART
+        for body in range(m.nbody):
+            geoms = slice(m.body_geomadr[body], m.body_geomadr[body] + m.body_geomnum[body])
+            if m.body_geomnum[body]:
+                m.body_contype[body] = np.bitwise_or.reduce(m.geom_contype[geoms])
+                m.body_conaffinity[body] = np.bitwise_or.reduce(m.geom_conaffinity[geoms])
+
+    @property
+    def base(self) -> BasePose:
+        """Where the base stands."""
+        x, y, yaw = (float(v) for v in self.data.qpos[self._base_address])
+        return BasePose(x, y, yaw)
+
+    @base.setter
+    def base(self, pose: BasePose) -> None:
+        self.data.qpos[self._base_address] = (pose.x, pose.y, pose.yaw)
+        self._move_carried()
+
+    def torso_frame(self) -> Frame:
+        """Where the torso's link is: the frame of the arms' kinematics."""
+        base = self.base
+        lift = float(self.data.qpos[self._addresses((pr2.TORSO,))[0]])
+        return torso_frame(base, lift)
+
+    def arm(self, arm: Arm) -> Array:
+        """Configuration of an arm, shape (7,)."""
+        return cast("Array", self.data.qpos[self._arm_address[arm]].copy())
+
+    def set_arm(self, arm: Arm, q: Array) -> None:
+        """Bend an arm; what it carries comes along."""
+        self.data.qpos[self._arm_address[arm]] = q
+        if arm in self._carried:
+            self._move_carried()
+
+    def set_gripper(self, arm: Arm, gap: float) -> None:
+        """Set the gap between an arm's pads [m]."""
+        self.data.qpos[self._addresses(pr2.FINGER_JOINTS[arm])] = gap / 2
+
+    def set_joint(self, joint: str, position: float) -> None:
+        """Move one joint, of a door for instance."""
+        self.data.qpos[self.model.joint(joint).qposadr[0]] = position
+
+    def put(self, name: str, frame: Frame) -> None:
+        """Put an object somewhere."""
+        address = self.model.jnt_qposadr[self.model.body(name).jntadr[0]]
+        self.data.qpos[address : address + 3] = frame.position
+        self.data.qpos[address + 3 : address + 7] = quaternion(frame.rotation)
+
+    def tool(self, arm: Arm, q: Array | None = None) -> Frame:
+        """The tool frame of an arm in the map frame, for a configuration or as it is bent now."""
+        position, orientation = self.kinematics[arm].forward((self.arm(arm) if q is None else q)[None])
+        return self.torso_frame() @ Frame(position[0], orientation[0])
+
+    def set_in_hand(self, arm: Arm, in_hand: Frame) -> None:
+        """Change how a carried object lies in the hand."""
+        self._carried[arm] = (self._carried[arm][0], in_hand)
+        self._move_carried()
+
+    def carried_frame(self, arm: Arm) -> Frame:
+        """Where the object in an arm's gripper is now, in the map frame."""
+        return self.tool(arm) @ self._carried[arm][1]
+
+    def _move_carried(self) -> None:
+        for arm, (name, in_hand) in self._carried.items():
+            self.put(name, self.tool(arm) @ in_hand)
+
+    def contacts(self, tolerance: float = 0.0) -> list[tuple[str, str, float]]:
+        """Pairs of bodies that touch now, with their distance [m], nearer than the margin by `tolerance`."""
+        self._collide()
+        m, touching = self.model, self.data.contact
+        return [
+            (m.body(m.geom_bodyid[a]).name, m.body(m.geom_bodyid[b]).name, float(distance))
+            for (a, b), distance, margin in zip(touching.geom, touching.dist, touching.includemargin, strict=True)
+            if distance < margin - tolerance
+        ]
+
+    def sees(self, point: Point) -> bool:
+        """Whether furniture leaves the line from the head's camera to a point free."""
+        mujoco.mj_kinematics(self.model, self.data)
+        mujoco.mj_camlight(self.model, self.data)
+        eye = self.data.cam_xpos[self.model.camera(pr2.HEAD_CAMERA).id]
+        way = np.array(point) - eye
+        length = float(np.linalg.norm(way))
+        seen = np.flatnonzero(self.model.geom_contype == contact.FURNITURE)
+        for geom in seen:
+            if self.model.geom_type[geom] == mujoco.mjtGeom.mjGEOM_PLANE:
+                continue
+            distance = mujoco.mj_rayGeom(self.model, self.data, int(geom), eye, way / length)
+            if 0.0 <= distance < length - 0.05:
+                return False
+        return True
+
+    def free(self) -> bool:
+        """Whether the robot and what it carries touch nothing."""
+        self._collide()
+        return self.data.ncon == 0
+
+    def all_free(self, arm: Arm, path: Array) -> bool:
+        """Whether an arm can take all configurations of `path`, shape (n, 7). It keeps the last one tried."""
+        for q in path:
+            self.set_arm(arm, q)
+            if not self.free():
+                return False
+        return True
+
+    def pads_meet(self, arm: Arm, name: str) -> bool:
+        """Whether both pads would press an object if the fingers closed now; they stay closed on it.
+
+        The fingers are coupled and the object gives way a little, so the second pad may come a little later.
+        """
+        pads = [self.model.geom(pad).id for pad in pr2.PADS[arm]]
+        body = self.model.body(name).id
+        limit = -np.inf
+        for gap in np.linspace(pr2.GRIPPER_OPEN, 0.0, 35):
+            self.set_gripper(arm, float(gap))
+            self._collide()
+            touched = set()
+            for a, b in self.data.contact.geom:
+                for pad, other in ((a, b), (b, a)):
+                    if pad in pads and self.model.geom_bodyid[other] == body:
+                        touched.add(pad)
+            if len(touched) == 2:
+                return True
+            if gap < limit:
+                return False
+            if touched:
+                limit = max(limit, gap - _GIVE)
+        return False
+
+    def _collide(self) -> None:
+        mujoco.mj_kinematics(self.model, self.data)
+        mujoco.mj_comPos(self.model, self.data)
+        mujoco.mj_collision(self.model, self.data)
+
+    def body_solids(self) -> list[Solid]:
+        """Robot and carried objects in the base's frame."""
+        mujoco.mj_kinematics(self.model, self.data)
+        m, base = self.model, self.base
+        bits = (contact.TRUNK, *_ARM_BITS.values())
+        geoms = [g for g in range(m.ngeom) if m.geom_contype[g] in bits]
+        return solids(m, self.data, geoms, (base.x, base.y, base.yaw))
+
+    def obstacle_solids(self) -> list[Solid]:
+        """Furniture and believed objects in the map frame."""
+        mujoco.mj_kinematics(self.model, self.data)
+        m = self.model
+        geoms = [
+            g
+            for g in range(m.ngeom)
+            if m.geom_contype[g] in (contact.FURNITURE, contact.OBJECT) and self.data.geom_xpos[g, 0] < _AWAY - 1
+        ]
+        return solids(m, self.data, geoms)
+
+
+def object_names(model: Any) -> tuple[str, ...]:
+    """Names of the movable objects: the bodies that move freely."""
+    free = mujoco.mjtJoint.mjJNT_FREE
+    return tuple(
+        model.body(model.jnt_bodyid[joint]).name for joint in range(model.njnt) if model.jnt_type[joint] == free
+    )
+
+
+def arm_geometry(arm: Arm) -> ArmGeometry:
+    """The PR2's measures, for the closed-form kinematics; limits are kept by a little."""
+    servos = [pr2.SERVOS[joint] for joint in pr2.ARM_JOINTS[arm]]
+    return ArmGeometry(
+        shoulder=np.array([0.0, pr2.SHOULDER_OFFSETS[arm][1], 0.0]),
+        offset=0.1,
+        upper=0.4,
+        fore=0.321,
+        tool=pr2.TOOL_OFFSET,
+        low=np.array([servo.low + 0.02 for servo in servos]),
+        high=np.array([servo.high - 0.02 for servo in servos]),
+    )

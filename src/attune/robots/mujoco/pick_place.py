@@ -1,0 +1,196 @@
+"""Whole motions of an arm for picking up and putting down, tried in the imagination before they are made.
+
+A plan is complete: every part of it is free of collisions and continuous, from the posture the arm is in to the one it
+ends in. `*_starts` gives the candidates, cheaply and many at once; `finish_*` tries one of them to its end.
+"""
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+from attune.robots.interface import Arm, Percept, Point
+from attune.robots.mujoco import pr2
+from attune.robots.mujoco.frames import Frame, frame_of
+from attune.robots.mujoco.grasps import Grasp
+from attune.robots.mujoco.imagination import Imagination
+from attune.robots.mujoco.kinematics import rotation
+from attune.robots.mujoco.reaching import comfort, follow, reach_all, straight
+
+Array = NDArray[np.float64]
+
+APPROACH = 0.10
+"""Length of the straight way to a grasp, and back from an object that was put down [m]."""
+LIFTS = (0.10, 0.05)
+"""How far an object is lifted straight up, and put down straight from above [m]: the first that is possible."""
+PLACE_GAP = 0.004
+"""Height over the surface at which an object is let go [m]."""
+_YAWS = 16
+
+
+@dataclass(frozen=True, slots=True)
+class Start:
+    """A candidate: key configurations of one motion, and what they are for.
+
+    Attributes:
+        keys: Configurations, shape (k, 7).
+        frames: The hand's poses at these.
+        cost: Lower is better.
+        arm: The arm that makes it.
+    """
+
+    arm: Arm
+    keys: Array
+    frames: tuple[Frame, ...]
+    cost: float
+
+
+@dataclass(frozen=True, slots=True)
+class PickPlan:
+    """How to pick an object up.
+
+    Attributes:
+        approach: Straight to the grasp, shape (n, 7).
+        lift: From the grasp straight up, shape (m, 7).
+        in_hand: The object's pose in the tool frame once it is grasped.
+    """
+
+    arm: Arm
+    approach: Array
+    lift: Array
+    in_hand: Frame
+
+
+@dataclass(frozen=True, slots=True)
+class PlacePlan:
+    """How to put an object down.
+
+    Attributes:
+        lower: From above down to where the object is let go, shape (n, 7).
+        retreat: From there back along the fingers, shape (m, 7).
+        placed: The object's pose then.
+    """
+
+    arm: Arm
+    lower: Array
+    retreat: Array
+    placed: Frame
+
+
+def moved(frame: Frame, offset: Array) -> Frame:
+    """A frame shifted by an offset in the map frame [m]."""
+    return Frame(frame.position + offset, frame.rotation)
+
+
+def up(height: float) -> Array:
+    """An offset straight up [m]."""
+    return np.array([0.0, 0.0, height])
+
+
+def pick_starts(world: Imagination, arm: Arm, grasps: Sequence[Grasp], lift: float) -> list[Start]:
+    """Candidates for grasping from where the base stands, best first: keys are grasp, pre-grasp, lifted."""
+    torso = world.torso_frame()
+    kinematics = world.kinematics[arm]
+    shoulder = torso.position + torso.rotation @ kinematics.geometry.shoulder
+    near = [
+        g for g in grasps if np.linalg.norm(g.tool.position - pr2.TOOL_OFFSET * g.tool.rotation[:, 0] - shoulder) < 0.8
+    ]
+    if not near:
+        return []
+    series = [(g.tool, moved(g.tool, -APPROACH * g.tool.rotation[:, 0]), moved(g.tool, up(lift))) for g in near]
+    keys, index = reach_all(kinematics, torso, series, kinematics.pan_grid())
+    costs = np.array([near[i].cost for i in index]) + 0.5 * comfort(kinematics, keys[:, 0]) ** 4
+    return _ranked(arm, keys, index, series, costs)
+
+
+def finish_pick(world: Imagination, carrying: Imagination, percept: Percept, start: Start) -> PickPlan | None:
+    """Try a candidate: the object in the way until it is grasped, in the gripper after.
+
+    Args:
+        world: The object stands where it was seen.
+        carrying: Made with the object in this arm's gripper; its pose in the hand is set here.
+        percept: The object.
+        start: From `pick_starts`.
+    """
+    arm = start.arm
+    kinematics, torso = world.kinematics[arm], world.torso_frame()
+    grasp, before, lifted = start.frames
+    world.set_gripper(arm, pr2.GRIPPER_OPEN)
+    if not world.all_free(arm, start.keys[:2]):
+        return None
+    back = follow(kinematics, torso, start.keys[0], straight(grasp, before))
+    rise = follow(kinematics, torso, start.keys[0], straight(grasp, lifted))
+    if back is None or rise is None or not world.all_free(arm, back):
+        return None
+    world.set_arm(arm, start.keys[0])
+    meets = world.pads_meet(arm, percept.name)
+    world.set_gripper(arm, pr2.GRIPPER_OPEN)
+    if not meets:
+        return None
+    in_hand = grasp.inverse() @ frame_of(percept.pose)
+    carrying.set_in_hand(arm, in_hand)
+    carrying.set_gripper(arm, 0.0)
+    if not carrying.all_free(arm, rise[1:]):
+        return None
+    return PickPlan(arm, back[::-1], rise, in_hand)
+
+
+def place_starts(world: Imagination, arm: Arm, in_hand: Frame, position: Point, lift: float) -> list[Start]:
+    """Candidates for putting down from where the base stands, best first: keys are placed, above, drawn back."""
+    torso = world.torso_frame()
+    kinematics = world.kinematics[arm]
+    hand = in_hand.inverse()
+    lean = _upright(in_hand, world.tool(arm))
+    series = []
+    for step in range(_YAWS):
+        turn = rotation(2, 2 * np.pi * step / _YAWS) @ lean
+        placed = Frame(np.array(position) + up(PLACE_GAP), turn) @ hand
+        above = moved(placed, up(lift))
+        series.append((placed, above, moved(placed, -APPROACH * placed.rotation[:, 0])))
+    keys, index = reach_all(kinematics, torso, series, kinematics.pan_grid())
+    costs = 0.5 * comfort(kinematics, keys[:, 0]) ** 4
+    return _ranked(arm, keys, index, series, costs)
+
+
+def finish_place(
+    world: Imagination, carrying: Imagination, in_hand: Frame, name: str, start: Start
+) -> PlacePlan | None:
+    """Try a candidate: the object in the gripper on the way down, standing there on the way back.
+
+    Args:
+        world: Made without the object in the gripper; its place is set here.
+        carrying: Made with it.
+        in_hand: Its pose in the tool frame.
+        name: The object.
+        start: From `place_starts`.
+    """
+    arm = start.arm
+    kinematics, torso = carrying.kinematics[arm], carrying.torso_frame()
+    placed, above, drawn_back = start.frames
+    if not carrying.all_free(arm, start.keys[:2]):
+        return None
+    rise = follow(kinematics, torso, start.keys[0], straight(placed, above))
+    back = follow(kinematics, torso, start.keys[0], straight(placed, drawn_back))
+    if back is None or rise is None or not carrying.all_free(arm, rise):
+        return None
+    standing = placed @ in_hand
+    world.put(name, standing)
+    world.set_gripper(arm, pr2.GRIPPER_OPEN)
+    if not world.all_free(arm, back[1:]):
+        return None
+    return PlacePlan(arm, rise[::-1], back, standing)
+
+
+def _upright(in_hand: Frame, tool: Frame) -> Array:
+    """The object's rotation as it is held now, without its turn about the vertical: what "upright" is for it."""
+    held = (tool @ in_hand).rotation
+    yaw = np.arctan2(held[1, 0], held[0, 0])
+    return np.asarray(rotation(2, -yaw) @ held)
+
+
+def _ranked(
+    arm: Arm, keys: Array, index: NDArray[np.intp], series: Sequence[tuple[Frame, ...]], costs: Array
+) -> list[Start]:
+    order = np.argsort(costs, kind="stable")
+    return [Start(arm, keys[i], series[index[i]], float(costs[i])) for i in order]

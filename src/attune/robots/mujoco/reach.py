@@ -1,0 +1,183 @@
+"""Base poses from which a target can be reached: sampled, filtered by the floor, proved by a whole arm motion.
+
+The searches are iterators: each step is one short piece of work, so that a caller can run them off the event loop and
+stop between any two steps. A step yields a proven base pose, or None when its candidate was no good.
+"""
+
+from collections.abc import Callable, Iterator, Sequence
+
+import numpy as np
+from numpy.typing import NDArray
+
+from attune.robots.interface import Arm, BasePose, Percept, Point
+from attune.robots.mujoco import pr2
+from attune.robots.mujoco.arm_paths import joint_path, upright_path
+from attune.robots.mujoco.carry import FOLDED
+from attune.robots.mujoco.costmap import Costmap, Footprint
+from attune.robots.mujoco.frames import Frame
+from attune.robots.mujoco.grasps import grasps_for
+from attune.robots.mujoco.imagination import Imagination
+from attune.robots.mujoco.pick_place import (
+    LIFTS,
+    PickPlan,
+    PlacePlan,
+    finish_pick,
+    finish_place,
+    pick_starts,
+    place_starts,
+)
+
+Array = NDArray[np.float64]
+
+_SAMPLES = 250
+_NEAREST, _FARTHEST = 0.35, 0.85
+"""Of the shoulder from the target, over the floor [m]."""
+_OUTWARD, _INWARD = 2.0, 0.5
+"""How far the target may be to the arm's own side and to the other [rad]."""
+_CLEARANCE = 0.045
+"""Kept from obstacles where the robot stops [m]."""
+_STARTS = 14
+"""Candidates of an arm motion that are tried from one base pose."""
+_POSES = 60
+"""Base poses that are tried."""
+_LOOK_NEAREST, _LOOK_FARTHEST = 0.6, 1.3
+
+
+def stances(
+    costmap: Costmap, body: Footprint, point: Point, arm: Arm, now: BasePose, rng: np.random.Generator
+) -> Array:
+    """Base poses that bring a shoulder near a point and are free, most promising first, shape (n, 3)."""
+    side = 1.0 if arm == "left" else -1.0
+    distance = rng.uniform(_NEAREST, _FARTHEST, _SAMPLES)
+    bearing = side * rng.uniform(-_INWARD, _OUTWARD, _SAMPLES)
+    yaw = rng.uniform(-np.pi, np.pi, _SAMPLES)
+    towards = yaw + bearing
+    x, y = pr2.SHOULDER_OFFSETS[arm]
+    poses = np.column_stack(
+        (
+            point[0] - distance * np.cos(towards) - np.cos(yaw) * x + np.sin(yaw) * y,
+            point[1] - distance * np.sin(towards) - np.sin(yaw) * x - np.cos(yaw) * y,
+            yaw,
+        )
+    )
+    clearance = costmap.clearance(poses, body)
+    turn = np.abs((poses[:, 2] - now.yaw + np.pi) % (2 * np.pi) - np.pi)
+    way = np.hypot(poses[:, 0] - now.x, poses[:, 1] - now.y)
+    cost = (
+        2.0 * np.abs(distance - 0.6)
+        + 0.3 * np.abs(bearing - side * 0.3)
+        + 0.15 * way
+        + 0.1 * turn
+        - 1.0 * np.minimum(clearance, 0.15)
+    )
+    free = np.flatnonzero(clearance > _CLEARANCE)
+    return np.asarray(poses[free[np.argsort(cost[free])]])
+
+
+def plan_pick(
+    world: Imagination, carrying: Imagination, percept: Percept, arm: Arm, tries: int = _STARTS
+) -> Iterator[PickPlan | None]:
+    """Search for a way to pick an object up from where the base stands in both imagined worlds."""
+    grasps = grasps_for(percept)
+    for lift in LIFTS:
+        starts = pick_starts(world, arm, grasps, lift)
+        for start in starts[:tries]:
+            yield finish_pick(world, carrying, percept, start)
+
+
+def plan_place(
+    world: Imagination,
+    carrying: Imagination,
+    in_hand: Frame,
+    name: str,
+    arm: Arm,
+    position: Point,
+    tries: int = _STARTS,
+) -> Iterator[PlacePlan | None]:
+    """Search for a way to put an object down from where the base stands in both imagined worlds."""
+    for lift in LIFTS:
+        starts = place_starts(carrying, arm, in_hand, position, lift)
+        for start in starts[:tries]:
+            yield finish_place(world, carrying, in_hand, name, start)
+
+
+def pick_poses(
+    worlds: dict[Arm, tuple[Imagination, Imagination]],
+    costmap: Costmap,
+    body: Footprint,
+    percept: Percept,
+    rng: np.random.Generator,
+) -> Iterator[BasePose | None]:
+    """Base poses for picking an object up with one of the arms for which there are worlds."""
+
+    def prove(arm: Arm) -> bool:
+        world, carrying = worlds[arm]
+        plan = next((plan for plan in plan_pick(world, carrying, percept, arm) if plan), None)
+        return plan is not None and joint_path(world, arm, FOLDED[arm], plan.approach[0], rng) is not None
+
+    yield from _proven(worlds, costmap, body, percept.pose.position, prove, rng)
+
+
+def place_poses(
+    worlds: tuple[Imagination, Imagination],
+    costmap: Costmap,
+    body: Footprint,
+    arm: Arm,
+    in_hand: Frame,
+    name: str,
+    position: Point,
+    rng: np.random.Generator,
+) -> Iterator[BasePose | None]:
+    """Base poses for putting down what an arm holds."""
+    world, carrying = worlds
+    posture = carrying.arm(arm)
+
+    def prove(_: Arm) -> bool:
+        carrying.set_arm(arm, posture)
+        plan = next((p for p in plan_place(world, carrying, in_hand, name, arm, position) if p), None)
+        return plan is not None and upright_path(carrying, arm, posture, plan.lower[0], rng) is not None
+
+    yield from _proven({arm: worlds}, costmap, body, position, prove, rng)
+
+
+def look_poses(
+    world: Imagination, costmap: Costmap, body: Footprint, point: Point, now: BasePose, rng: np.random.Generator
+) -> Iterator[BasePose | None]:
+    """Base poses from which a point can be seen from near, the robot facing it."""
+    distance = rng.uniform(_LOOK_NEAREST, _LOOK_FARTHEST, _SAMPLES)
+    towards = rng.uniform(-np.pi, np.pi, _SAMPLES)
+    poses = np.column_stack(
+        (
+            point[0] - distance * np.cos(towards),
+            point[1] - distance * np.sin(towards),
+            towards + rng.uniform(-0.4, 0.4, _SAMPLES),
+        )
+    )
+    clearance = costmap.clearance(poses, body)
+    cost = 0.3 * np.hypot(poses[:, 0] - now.x, poses[:, 1] - now.y) + np.abs(distance - 0.8)
+    free = np.flatnonzero(clearance > _CLEARANCE)
+    for index in free[np.argsort(cost[free])][:_POSES]:
+        pose = BasePose(*(float(v) for v in poses[index]))
+        world.base = pose
+        yield pose if world.sees(point) else None
+
+
+def _proven(
+    worlds: dict[Arm, tuple[Imagination, Imagination]],
+    costmap: Costmap,
+    body: Footprint,
+    point: Point,
+    prove: Callable[[Arm], bool],
+    rng: np.random.Generator,
+) -> Iterator[BasePose | None]:
+    now = next(iter(worlds.values()))[0].base
+    candidates: list[tuple[Arm, Sequence[float]]] = []
+    ranked = {arm: stances(costmap, body, point, arm, now, rng) for arm in worlds}
+    yield None
+    for place in range(_POSES):
+        candidates += [(arm, poses[place]) for arm, poses in ranked.items() if place < len(poses)]
+    for arm, (x, y, yaw) in candidates[:_POSES]:
+        pose = BasePose(float(x), float(y), float(yaw))
+        for world in worlds[arm]:
+            world.base = pose
+        yield pose if prove(arm) else None

@@ -1,0 +1,71 @@
+"""Configurations with which an arm reaches a series of poses of its hand."""
+
+from collections.abc import Sequence
+
+import numpy as np
+from numpy.typing import NDArray
+
+from attune.robots.mujoco.frames import Frame
+from attune.robots.mujoco.kinematics import ArmKinematics
+
+Array = NDArray[np.float64]
+
+STEP = 0.02
+"""Between two poses of a straight motion of the hand [m]."""
+
+
+def stacked(torso: Frame, frames: Sequence[Frame]) -> tuple[Array, Array]:
+    """Map frames as positions (n, 3) and rotations (n, 3, 3) in the torso's frame."""
+    position = np.stack([frame.position for frame in frames]) - torso.position
+    rotation = np.stack([frame.rotation for frame in frames])
+    return position @ torso.rotation, torso.rotation.T @ rotation
+
+
+def reach_all(
+    kinematics: ArmKinematics, torso: Frame, series: Sequence[Sequence[Frame]], pans: Array
+) -> tuple[Array, NDArray[np.intp]]:
+    """Configurations that reach all key poses of one motion with one shoulder pan, for many motions at once.
+
+    Args:
+        kinematics: Of the arm.
+        torso: The torso's frame in the map.
+        series: Key poses of the hand in the map frame; each motion has k of them.
+        pans: Shoulder pans to try.
+
+    Returns:
+        Configurations, shape (m, k, 7), continuous from pose to pose, and the motion each belongs to, shape (m,).
+    """
+    count = len(series[0])
+    position, orientation = stacked(torso, [frame for motion in series for frame in motion])
+    position = position.reshape(len(series), count, 3)
+    orientation = orientation.reshape(len(series), count, 3, 3)
+    first, index = kinematics.solutions(position[:, 0], orientation[:, 0], pans)
+    result = [first]
+    good = np.ones(len(first), dtype=bool)
+    branch = kinematics.branch(first)
+    for key in range(1, count):
+        q, reached = kinematics.inverse(position[index, key], orientation[index, key], first[:, 0], branch)
+        q = kinematics.unwrap(q, result[-1])
+        good &= reached & (np.max(np.abs(q - result[-1]), axis=1) < 1.5)
+        result.append(q)
+    return np.stack(result, axis=1)[good], index[good]
+
+
+def straight(start: Frame, end: Frame, step: float = STEP) -> list[Frame]:
+    """Poses from start to end on a line, orientation of the start; both ends included."""
+    count = max(2, int(np.ceil(np.linalg.norm(end.position - start.position) / step)) + 1)
+    return [Frame(p, start.rotation) for p in np.linspace(start.position, end.position, count)]
+
+
+def follow(kinematics: ArmKinematics, torso: Frame, start: Array, frames: Sequence[Frame]) -> Array | None:
+    """A joint path of the hand along poses, from configuration `start` at the first one; None where there is none."""
+    position, orientation = stacked(torso, frames)
+    return kinematics.follow(start, position, orientation)
+
+
+def comfort(kinematics: ArmKinematics, q: Array) -> Array:
+    """How near each configuration (n, 7) comes to a joint limit: 0 in the middle, 1 at a limit."""
+    low, high = kinematics.geometry.low, kinematics.geometry.high
+    limited = ~kinematics.continuous
+    middle = (low[limited] + high[limited]) / 2
+    return np.asarray(np.max(np.abs(q[:, limited] - middle) / ((high - low)[limited] / 2), axis=1))
