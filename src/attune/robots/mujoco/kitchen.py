@@ -168,11 +168,15 @@ def _block(body: mujoco.MjsBody, span: tuple[float, float], depth: float, height
     doors = max(1, round((right - left) / 0.5))
     for door in range(doors):
         x = left + (door + 0.5) * (right - left) / doors
-        front = tuple(0.93 * part for part in color[:3])
+        red, green, blue = (0.93 * part for part in color[:3])
         half_width = (right - left) / doors / 2 - 0.012
         if half_width > 0.05:
             _box(
-                body, (x, -depth / 2, height / 2 + 0.05), (half_width, 0.003, height / 2 - 0.065), (*front, 1), **_LOOKS
+                body,
+                (x, -depth / 2, height / 2 + 0.05),
+                (half_width, 0.003, height / 2 - 0.065),
+                (red, green, blue, 1),
+                **_LOOKS,
             )
 
 

@@ -1,0 +1,84 @@
+"""What the robot touches: forces at the pads, and contacts that should not be."""
+
+from collections.abc import Iterable, Mapping
+from typing import Any
+
+import mujoco
+import numpy as np
+
+from attune.core.scene import Scene
+from attune.robots.interface import ARMS, Arm
+from attune.robots.mujoco import contact, pr2
+from attune.robots.mujoco.kitchen import handle_name, leaf_name
+
+_ARM_BITS: Mapping[Arm, int] = {"right": contact.RIGHT_ARM, "left": contact.LEFT_ARM}
+
+
+class Touch:
+    """The robot's contacts as they were at the last update."""
+
+    def __init__(self, model: Any, scene: Scene) -> None:
+        self._model = model
+        things = {leaf_name(box.name): box.name for box in scene.containers}
+        bodies = [model.body(body).name for body in range(model.nbody)]
+        geom_body = [bodies[body] for body in model.geom_bodyid]
+        self._name = [things.get(body, body) if body != "world" else "floor" for body in geom_body]
+        self._robot = np.isin(model.geom_contype, (contact.TRUNK, *_ARM_BITS.values()))
+        self._pads = {arm: [model.geom(pad).id for pad in pr2.PADS[arm]] for arm in ARMS}
+        self._arm: list[Arm | None] = [None] * model.ngeom
+        for arm, bit in _ARM_BITS.items():
+            for geom in np.flatnonzero(model.geom_contype == bit):
+                self._arm[geom] = arm
+        self._hand = ["gripper" in body for body in geom_body]
+        handles = {model.geom(handle_name(box.name)).id for box in scene.containers}
+        objects = {thing.name for thing in scene.objects}
+        self._graspable = [geom in handles or body in objects for geom, body in enumerate(geom_body)]
+        self._permitted: dict[Arm, frozenset[str]] = dict.fromkeys(ARMS, frozenset())
+        self._contacts: list[tuple[int, int]] = []
+        self._forces: dict[Arm, dict[str, list[float]]] = {arm: {} for arm in ARMS}
+
+    def update(self, data: Any) -> None:
+        """Read the contacts of the robot with everything else and with itself."""
+        self._contacts = []
+        self._forces = {arm: {} for arm in ARMS}
+        if not data.ncon:
+            return
+        pairs, distances = data.contact.geom, data.contact.dist
+        force = np.zeros(6)
+        for index in np.flatnonzero(self._robot[pairs].any(axis=1) & (distances <= 0.0)):
+            first, second = (int(geom) for geom in pairs[index])
+            if not self._robot[first]:
+                first, second = second, first
+            self._contacts.append((first, second))
+            arm = self._arm[first]
+            if arm and first in self._pads[arm] and self._graspable[second]:
+                mujoco.mj_contactForce(self._model, data, index, force)
+                forces = self._forces[arm].setdefault(self._name[second], [0.0, 0.0])
+                forces[self._pads[arm].index(first)] += float(force[0])
+
+    def pad_forces(self, arm: Arm) -> Mapping[str, tuple[float, float]]:
+        """What the pads press: name, and force of left and right pad [N]."""
+        return {name: (left, right) for name, (left, right) in self._forces[arm].items()}
+
+    def pressed_by_both(self, arm: Arm, force: float) -> str | None:
+        """The object or container's handle that both pads press with more than `force` [N]."""
+        pressed = [name for name, (left, right) in self._forces[arm].items() if min(left, right) > force]
+        return pressed[0] if pressed else None
+
+    def permit(self, arm: Arm, things: Iterable[str]) -> None:
+        """Set what the arm's hand may touch."""
+        self._permitted[arm] = frozenset(things)
+
+    def forbidden(self, held: Mapping[Arm, str | None]) -> tuple[tuple[str, str], ...]:
+        """Contacts that are not permitted: robot part, thing; without duplicates.
+
+        Args:
+            held: What each arm holds, which the whole arm may touch.
+        """
+        found: dict[tuple[str, str], None] = {}
+        for part, other in self._contacts:
+            arm, thing = self._arm[part], self._name[other]
+            permitted = arm is not None and (thing == held[arm] or (self._hand[part] and thing in self._permitted[arm]))
+            if not permitted:
+                found[self._name[part], thing] = None
+        return tuple(found)
