@@ -72,6 +72,12 @@ class RobotConfig(_Section):
     scene: str = ""
     """Path of a scene file; "" takes the kitchen that comes with Attune."""
     seed: int = 0
+    friction_only: bool = False
+    """Hold objects by the pads' friction alone, instead of fixing what both pads press to the palm."""
+    camera_noise: float = Field(0.002, ge=0, le=0.05)
+    """Standard deviation of the positions that perception reports [m]."""
+    camera_miss: float = Field(0.0, ge=0, lt=1)
+    """Probability that perception misses an object it could see, in one look."""
 
 
 class VoiceConfig(_Section):
