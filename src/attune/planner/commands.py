@@ -79,7 +79,9 @@ class Rules:
                 decision = self._cancel(command, agenda)
             case PutBack():
                 decision = self._put_back(command, agenda)
-        return decision if decision.accepted else Decision(agenda, decision.verdicts)
+        if decision.accepted:
+            return decision
+        return Decision(agenda, tuple(verdict for verdict in decision.verdicts if verdict.status == "refused"))
 
     # --- bring me ----------------------------------------------------------------------------------------------
 
@@ -105,10 +107,8 @@ class Rules:
         excluded: frozenset[str] = frozenset(),
     ) -> tuple[Agenda, Verdict]:
         """One object that is wanted at a place."""
-        if not (spec.type or spec.color or spec.size or spec.name):
-            return agenda, Verdict("refused", "unknown_object", spec)
-        if spec.location and not self.scene.surfaces_at(spec.location):
-            return agenda, Verdict("refused", "unknown_place", spec, spec.location)
+        if problem := self._nonsense(spec):
+            return agenda, problem
         for delivery in agenda.open:
             returning = delivery.status == "returning" and delivery.individual not in excluded
             if returning and self._is_about(delivery, spec):
@@ -122,16 +122,29 @@ class Rules:
             wanted = _delivery(command, spec, place, individual)
             return agenda.add(wanted), Verdict("accepted", object=spec, place=place)
         for delivery in agenda.waiting:
-            if self._is_about(delivery, spec):
-                if not named_place or delivery.destination == place:
-                    return agenda, Verdict("refused", "nothing_to_do", spec, delivery.destination)
+            if self._is_about(delivery, spec) and named_place and delivery.destination != place:
                 return agenda.change(delivery.id, destination=place), Verdict("accepted", object=spec, place=place)
-        if fitting:
-            return agenda, Verdict("refused", "already_there", self.belief.describe(fitting[0]), place)
-        nearest = alternative(self.belief, spec, reserved)
+        return agenda, self._why_not(agenda, spec, place, excluded)
+
+    def _nonsense(self, spec: ObjectSpec) -> Verdict | None:
+        if not (spec.type or spec.color or spec.size or spec.name):
+            return Verdict("refused", "unknown_object", spec)
+        if spec.location and not self.scene.surfaces_at(spec.location):
+            return Verdict("refused", "unknown_place", spec, spec.location)
+        return None
+
+    def _why_not(self, agenda: Agenda, spec: ObjectSpec, place: str, excluded: frozenset[str]) -> Verdict:
+        """The refusal of an object that cannot be brought."""
+        coming = next((delivery for delivery in agenda.waiting if self._is_about(delivery, spec)), None)
+        if coming:
+            return Verdict("refused", "nothing_to_do", spec, coming.destination)
+        reserved = agenda.reserved | excluded
+        standing = candidates(self.belief, spec, reserved)
+        if standing:
+            return Verdict("refused", "already_there", self.belief.describe(standing[0]), place)
         known = spec.type in self.scene.vocabulary.types or any(item.type == spec.type for item in self.belief.objects)
         reason: OutcomeReason = "not_found" if known else "unknown_object"
-        return agenda, Verdict("refused", reason, spec, spec.location, nearest)
+        return Verdict("refused", reason, spec, spec.location, alternative(self.belief, spec, reserved))
 
     def _may_be_there(self, spec: ObjectSpec) -> bool:
         """Whether a person who names a place may know of an object that the robot has not met."""
@@ -215,7 +228,7 @@ class Rules:
         accepted = Verdict("accepted", object=spec, place=place)
         if delivery.open:
             return agenda.change(delivery.id, status="waiting", destination=place), accepted
-        moved = _delivery(command, delivery.spec, place, delivery.individual)
+        moved = _delivery(command, replace(spec, location=""), place, delivery.individual)
         return agenda.begin_task().change(delivery.id, status="dropped").add(moved), accepted
 
     # --- cancel and put back -----------------------------------------------------------------------------------
@@ -229,35 +242,38 @@ class Rules:
         return Decision(changed, (Verdict("accepted", object=self._described(meant)), cancelled))
 
     def _put_back(self, command: PutBack, agenda: Agenda) -> Decision:
+        meant = self._to_put_back(agenda, command.object)
+        if meant is None:
+            return self._put_back_displaced(command, agenda)
+        told = Verdict("accepted", object=self._described(meant))
+        if meant.status == "returning":
+            return Decision(agenda.change(meant.id, command=command.id, kind=command.kind), (told,))
+        if meant.open:
+            changed, cancelled = self._withdraw(agenda, meant, command, "")
+            return Decision(changed, (told, cancelled))
+        return Decision(self._fetch_back(command, agenda, meant), (told,))
+
+    def _to_put_back(self, agenda: Agenda, spec: ObjectSpec) -> Delivery | None:
         carried = self._carried(agenda)
-        if command.object == ObjectSpec() and not carried:
-            delivered = self._last_delivered(agenda)[-1:]
+        if spec == ObjectSpec():
+            options = carried or self._last_delivered(agenda)[-1:]
         else:
             delivered = tuple(item for item in agenda.deliveries if item.status == "delivered")[::-1]
-        for meant in (*carried, *delivered):
-            if self._is_about(meant, command.object):
-                told = Verdict("accepted", object=self._described(meant))
-                if meant.status == "returning":
-                    return Decision(agenda.change(meant.id, command=command.id, kind=command.kind), (told,))
-                if meant.open:
-                    changed, cancelled = self._withdraw(agenda, meant, command, "")
-                    return Decision(changed, (told, cancelled))
-                return Decision(self._fetch_back(command, agenda, meant), (told,))
-        if command.object == ObjectSpec():
+            options = (*carried, *delivered, *agenda.waiting)
+        return next((item for item in options if self._is_about(item, spec)), None)
+
+    def _put_back_displaced(self, command: PutBack, agenda: Agenda) -> Decision:
+        """Put back something that no delivery is about, if it is not at home."""
+        spec = command.object
+        if spec == ObjectSpec():
             return _refused(agenda, "nothing_to_do")
-        waiting = self._meant(Agenda(agenda.waiting), command.object)
-        if waiting:
-            changed, cancelled = self._withdraw(agenda, waiting, command, "")
-            return Decision(changed, (Verdict("accepted", object=self._described(waiting)), cancelled))
-        for item in candidates(self.belief, command.object, agenda.reserved):
+        fitting = candidates(self.belief, spec, agenda.reserved)
+        for item in fitting:
             if item.displaced:
-                home = replace(_delivery(command, self.belief.describe(item), "", item.name), status="returning")
-                return Decision(
-                    agenda.begin_task().add(home), (Verdict("accepted", object=self.belief.describe(item)),)
-                )
-        if candidates(self.belief, command.object):
-            return _refused(agenda, "already_there", object=command.object)
-        return _refused(agenda, "not_found", object=command.object)
+                known = self.belief.describe(item)
+                home = replace(_delivery(command, known, "", item.name), status="returning")
+                return Decision(agenda.begin_task().add(home), (Verdict("accepted", object=known),))
+        return _refused(agenda, "already_there" if fitting else "not_found", object=spec)
 
     def _fetch_back(self, command: Edit, agenda: Agenda, delivered: Delivery) -> Agenda:
         """Bring a delivered object home again."""
@@ -270,7 +286,8 @@ class Rules:
         """End an open delivery: what is carried goes home, what was not fetched yet is dropped."""
         item = self.belief.get(delivery.individual)
         told = Verdict("cancelled", reason, self._described(delivery), command=delivery.command, kind=delivery.kind)
-        if item and item.held_by:
+        just_put_down = item and item.displaced and is_delivered(self.scene, item, delivery.destination)
+        if item and (item.held_by or just_put_down):
             changes = {"status": "returning", "command": command.id, "kind": command.kind}
             return agenda.change(delivery.id, **changes), told
         return agenda.change(delivery.id, status="dropped"), told

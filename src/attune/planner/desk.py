@@ -51,8 +51,8 @@ class Desk:
         self.board.update(interruptible=True)
         self.refresh()
 
-    def next_goal(self) -> Goal | None:
-        """What to work on, with what is held and not wanted brought home."""
+    def adopt(self) -> None:
+        """See that all that is held is in the agenda: what nobody wants is to be brought home."""
         for item in self.belief.held().values():
             if self.agenda.of(item.name) is None and item.name not in self.given_up:
                 tidy = Delivery(
@@ -64,6 +64,10 @@ class Desk:
                     individual=item.name,
                 )
                 self.agenda = self.agenda.add(tidy)
+
+    def next_goal(self) -> Goal | None:
+        """What to work on."""
+        self.adopt()
         return self.agenda.goal(item.name for item in self.belief.held().values())
 
     def edit(self, agenda: Agenda) -> bool:
@@ -73,7 +77,6 @@ class Desk:
             Whether the interruption has to wait for the end of an atomic part.
         """
         self.agenda = agenda
-        self.given_up.clear()
         deferred = False
         if self.plan:
             if self.next_goal() != self.goal:

@@ -110,6 +110,8 @@ class InterruptClient:
             self._desk.tell(command.id, command.kind, "refused", "nothing_to_do")
 
     def _edit(self, command: Edit) -> None:
+        self._desk.given_up.clear()
+        self._desk.adopt()
         agenda = self._afresh() if self.stopped else self._desk.agenda
         decision = self._rules.decide(command, agenda)
         deferred = False

@@ -274,33 +274,37 @@ def repeat(name: str, part: Part[Any], while_: Callable[[int], bool]) -> Part[No
     return Part(name, body)
 
 
-Recovery = Callable[[Any], Part[Any]]
-"""Makes the part that repairs what a failure has left."""
+@dataclass(frozen=True, slots=True)
+class Recovery:
+    """What repairs the damage of one type of failure.
+
+    Attributes:
+        make: Makes the part that does, from the failure.
+        times: How often in one `retry`.
+    """
+
+    make: Callable[[Any], Part[Any]]
+    times: int
 
 
-def retry(
-    name: str,
-    part: Callable[[int], Part[T]],
-    attempts: int,
-    recoveries: Mapping[type[AttuneError], Recovery],
-) -> Part[T]:
-    """Up to `attempts` times `part(attempt)`, and between two of them the recovery for the type of the failure.
+def retry(name: str, part: Callable[[int], Part[T]], recoveries: Mapping[type[AttuneError], Recovery]) -> Part[T]:
+    """`part(attempt)` until it succeeds; between two attempts the recovery for the type of the failure.
 
-    Fails with the last failure, or at once with one that has no recovery. A recovery that fails does not end it:
-    the next attempt begins with the world as it is then.
+    Fails with a failure that has no recovery, or whose recovery was used as often as it may be. A recovery that fails
+    does not end it: the next attempt begins with the world as it is then.
     """
 
     async def body(node: Node) -> T:
-        attempt = 0
+        used: list[type[AttuneError]] = []
         while True:
             try:
-                return await node.do(part(attempt))
+                return await node.do(part(len(used)))
             except FAILURES as failure:
-                recovery = next((make for type_, make in recoveries.items() if isinstance(failure, type_)), None)
-                attempt += 1
-                if recovery is None or attempt >= attempts:
+                type_ = next((type_ for type_ in recoveries if isinstance(failure, type_)), None)
+                if type_ is None or used.count(type_) >= recoveries[type_].times:
                     raise
-                repair = recovery(failure)
+                used.append(type_)
+                repair = recoveries[type_].make(failure)
             try:
                 await node.do(repair)
             except FAILURES:

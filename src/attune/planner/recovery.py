@@ -20,16 +20,20 @@ from attune.robots.interface import (
     Unreachable,
 )
 
-ATTEMPTS = 5
-"""Times that one delivery is tried from the world as it is."""
 WAIT_FOR_PATH = 2.0
 """Before a blocked path is planned again: what stands there may leave [s]."""
 
 
 class NotFound(PlanFailure):
-    """An object is nowhere where it might be."""
+    """An object is nowhere where it might be.
 
-    def __init__(self, spec: ObjectSpec) -> None:
+    Args:
+        spec: What was searched.
+        because: Why a place where it may be could not be searched, if one could not.
+    """
+
+    def __init__(self, spec: ObjectSpec, because: AttuneError | None = None) -> None:
+        self.because = because
         super().__init__(f"no {spec} was found{' in the ' + spec.location if spec.location else ''}")
 
 
@@ -55,6 +59,8 @@ _REASONS: tuple[tuple[type[AttuneError], OutcomeReason], ...] = (
 
 def reason_of(failure: AttuneError) -> OutcomeReason:
     """What a failure is called towards the user."""
+    if isinstance(failure, NotFound) and failure.because:
+        return reason_of(failure.because)
     return next((reason for type_, reason in _REASONS if isinstance(failure, type_)), "robot_fault")
 
 
@@ -109,15 +115,15 @@ def recoveries(skills: Skills) -> Mapping[type[AttuneError], Recovery]:
         return part("draw the arms back", body)
 
     return {
-        ObjectNotThere: search_again,
-        ObjectLost: look_for_lost,
-        PlacementFailed: look_at_placed,
-        PathBlocked: wait_for_path,
-        GraspMissed: draw_back,
-        Unreachable: draw_back,
-        ContainerStuck: draw_back,
-        Collision: draw_back,
-        GripperFull: draw_back,
+        ObjectNotThere: Recovery(search_again, 4),
+        ObjectLost: Recovery(look_for_lost, 3),
+        PlacementFailed: Recovery(look_at_placed, 3),
+        PathBlocked: Recovery(wait_for_path, 2),
+        GraspMissed: Recovery(draw_back, 4),
+        Unreachable: Recovery(draw_back, 1),
+        ContainerStuck: Recovery(draw_back, 2),
+        Collision: Recovery(draw_back, 3),
+        GripperFull: Recovery(draw_back, 1),
     }
 
 

@@ -14,6 +14,7 @@ from attune.planner.state import StateBoard
 from attune.robots.interface import (
     Arm,
     BasePose,
+    ContainerStuck,
     LookTarget,
     ObjectLost,
     ObjectNotThere,
@@ -52,7 +53,7 @@ class Skills:
         """After an interruption: believe of the grippers what the robot says."""
         where = self.placing
         self.belief.reconcile(
-            self.robot.status().holding, where.surface.name if where else "", where and where.position
+            self.robot.status().holding, where.surface.name if where else "", where.position if where else None
         )
 
     # --- moving ------------------------------------------------------------------------------------------------
@@ -101,7 +102,7 @@ class Skills:
             if not poses:
                 raise Unreachable(name, "there is no pose for the base")
             tries = [attempt(pose) for pose in poses[:POSES_TRIED]]
-            return await node.do(try_in_order("pose by pose", *tries, on=(PathBlocked, Unreachable)))
+            return await node.do(try_in_order("pose by pose", *tries, on=(PathBlocked, Unreachable, ContainerStuck)))
 
         return Part(name, body)
 

@@ -3,13 +3,14 @@
 import math
 from collections.abc import Iterator
 
+from attune.core.errors import AttuneError
 from attune.core.messages import ObjectSpec
 from attune.planner.agenda import Goal
 from attune.planner.belief import EXPECTED, Individual
 from attune.planner.designators import Spot, free_spots, home_spots, is_delivered, search_order
 from attune.planner.desk import Desk
 from attune.planner.plan import FAILURES, Node, Part, retry
-from attune.planner.recovery import ATTEMPTS, NoSpace, NotFound, recoveries
+from attune.planner.recovery import NoSpace, NotFound, recoveries
 from attune.planner.skills import Skills
 from attune.robots.interface import ARMS, Arm, ObjectNotThere, PathBlocked, PlacementFailed, Unreachable
 
@@ -24,7 +25,7 @@ def transport(desk: Desk, skills: Skills, goal: Goal) -> Part[None]:
     delivery = desk.agenda.get(goal.delivery)
     verb = f"bring to the {goal.destination}" if goal.destination else "put back"
     work = Transport(desk, skills, goal)
-    return retry(f"{verb}: {delivery.spec}", work.attempt, ATTEMPTS, recoveries(skills))
+    return retry(f"{verb}: {delivery.spec}", work.attempt, recoveries(skills))
 
 
 class Transport:
@@ -84,17 +85,19 @@ class Transport:
             order = [surface.name for surface in search_order(self._scene, self._belief, spec, taken)]
             if item and item.surface:
                 order = list(dict.fromkeys((item.surface, *order)))
+            because: AttuneError | None = None
             for name in order:
                 surface = self._scene.surface(name)
                 board.update(step="transporting_search", object=self._described(), destination_location=surface.place)
                 try:
                     seen = await node.do(self._skills.look_over(surface, fits))
-                except FAILURES:
+                except FAILURES as failure:
+                    because = because or failure
                     continue  # A place that cannot be looked into does not end the search.
                 if seen:
                     self._desk.reserve(self._goal, seen.name)
                     return seen
-            raise NotFound(spec if not returning else delivery.spec)
+            raise NotFound(delivery.spec, because)
 
         return Part("search", body)
 

@@ -159,6 +159,10 @@ class SymbolicRobot(Robot):
         """
         self._faults.setdefault(action, []).extend([failure] * times)
 
+    def heal(self) -> None:
+        """Forget the faults that were to come."""
+        self._faults.clear()
+
     # --- the Robot interface -----------------------------------------------------------------------------------
 
     def status(self) -> RobotStatus:
@@ -276,10 +280,12 @@ class SymbolicRobot(Robot):
         self._check_reach(name, position)
         self.arms_parked = False
         await self._spend(2.0)
-        if self._held(arm) != name or isinstance(fault, ObjectLost):
-            if isinstance(fault, ObjectLost):
-                self._put_down(name, position, beside=True)
-            raise fault or ObjectLost(name, arm)
+        if self._holding().get(arm) != name:
+            raise ObjectLost(name, arm)
+        if isinstance(fault, ObjectLost):
+            self._put_down(name, position, beside=True)
+        if fault and not isinstance(fault, PlacementFailed):
+            raise fault
         await self._spend(0.4, atomic=True)
         crowded = self._blocker(position)
         self._put_down(name, position, beside=fault is not None or crowded is not None)
