@@ -51,3 +51,18 @@ def test_a_wrong_file_is_refused_and_named(tmp_path: Path, text: str, named: tup
 def test_a_missing_file_is_named(tmp_path: Path) -> None:
     with pytest.raises(ConfigError, match="nowhere.toml cannot be read"):
         load_config(tmp_path / "nowhere.toml", {})
+
+
+def test_the_key_of_a_language_model_comes_from_the_environment_only(tmp_path: Path) -> None:
+    config = load_config(write(tmp_path, '[llm]\nmodel = "small"\n'), {"ATTUNE_LLM__API_KEY": "sk-secret"})
+    assert config.llm.api_key.get_secret_value() == "sk-secret"
+    assert "sk-secret" not in repr(config)
+    with pytest.raises(ConfigError, match="ATTUNE_LLM__API_KEY") as caught:
+        load_config(write(tmp_path, '[llm]\napi_key = "sk-secret"\n'), {})
+    assert "sk-secret" not in str(caught.value)
+
+
+def test_a_misspelt_key_is_not_repeated(tmp_path: Path) -> None:
+    with pytest.raises(ConfigError, match="llm.api_kei") as caught:
+        load_config(write(tmp_path, ""), {"ATTUNE_LLM__API_KEI": "sk-secret"})
+    assert "sk-secret" not in str(caught.value)

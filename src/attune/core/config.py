@@ -10,7 +10,7 @@ from collections.abc import Mapping
 from pathlib import Path
 from typing import Any, Literal
 
-from pydantic import BaseModel, ConfigDict, Field, ValidationError
+from pydantic import BaseModel, ConfigDict, Field, SecretStr, ValidationError
 
 from attune.core.errors import AttuneError
 
@@ -51,6 +51,25 @@ class DialogueConfig(_Section):
     """Understanding and answering."""
 
     interpreter: Literal["auto", "grammar", "llm"] = "auto"
+    """`auto`: the language model of `[llm]` if one is named there, else the embedded interpreter."""
+
+
+class LlmConfig(_Section):
+    """A language model at any endpoint that speaks OpenAI's protocol: OpenAI, Ollama, vLLM, llama.cpp."""
+
+    base_url: str = Field("", pattern="^(https?://.+)?$")
+    """Where it is: `http://localhost:11434/v1`. "" means that there is none."""
+    model: str = ""
+    """Its name there."""
+    api_key: SecretStr = SecretStr("")
+    """From the environment only: `ATTUNE_LLM__API_KEY`. Endpoints on the own machine need none."""
+    deadline: float = Field(2.5, gt=0, le=60)
+    """The embedded interpreter answers if the model has not after this long [s]."""
+    history: int = Field(4, ge=0, le=20)
+    """Earlier turns that the model is told."""
+    temperature: float = Field(0.0, ge=0, le=2)
+    max_tokens: int = Field(300, ge=50, le=4000)
+    """Longest answer."""
 
 
 class PlannerConfig(_Section):
@@ -102,6 +121,7 @@ class Config(_Section):
     planner: PlannerConfig = PlannerConfig()
     robot: RobotConfig = RobotConfig()
     voice: VoiceConfig = VoiceConfig()
+    llm: LlmConfig = LlmConfig()
 
 
 def load_config(path: Path | None = None, environment: Mapping[str, str] = os.environ) -> Config:
@@ -123,6 +143,8 @@ def load_config(path: Path | None = None, environment: Mapping[str, str] = os.en
             raise ConfigError(f"{source} cannot be read: {error.strerror}", "Give the path of a TOML file") from None
         except (tomllib.TOMLDecodeError, UnicodeDecodeError) as error:
             raise ConfigError(f"{source} is not valid TOML: {error}", "Correct the file at the named place") from None
+        if isinstance(data.get("llm"), dict) and "api_key" in data["llm"]:
+            raise ConfigError(f"{source}: llm.api_key is a secret", "Give it as ATTUNE_LLM__API_KEY in the environment")
     for name, value in environment.items():
         section, separator, key = name.removeprefix("ATTUNE_").lower().partition("__")
         if name.startswith("ATTUNE_") and separator:
@@ -158,5 +180,7 @@ def _explain(error: ValidationError, source: str) -> ConfigError:
         for part in item["loc"][:-1]:
             known = type(getattr(known(), str(part)))
         allowed = ", ".join(known.model_fields)
-        return ConfigError(f"{source}: unknown key {key!r} (value {item['input']!r})", f"Known keys: {allowed}")
+        # A misspelt api_key must not end up in a log.
+        value = "" if item["loc"][0] == "llm" else f" (value {item['input']!r})"
+        return ConfigError(f"{source}: unknown key {key!r}{value}", f"Known keys: {allowed}")
     return ConfigError(f"{source}: {key} = {item['input']!r} is not allowed", item["msg"])
