@@ -82,10 +82,10 @@ async def _live(config: Config, listen: bool, band: Literal["younger", "older", 
 
 def _microphone(config: Config, console: Console) -> AudioSource | None:
     from attune.core.errors import AttuneError
-    from attune.speech.audio import microphone
+    from attune.speech.audio import Microphone
 
     try:
-        return microphone(config.speech.microphone)
+        return Microphone(config.speech.microphone)
     except AttuneError as error:
         console.print(f"Not listening: {error} You can type.", style="yellow")
         return None

@@ -31,8 +31,8 @@ class Speaker:
         sounds: What a listener would guess; not what the person is.
     """
 
-    name: str
-    voice: str
+    name: str = "anna"
+    voice: str = "en-us+f3"
     rate_wpm: int = 150
     pitch: int = 50
     level: float = -23.0
