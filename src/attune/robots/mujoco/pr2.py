@@ -48,7 +48,7 @@ GRIPPER_CLOSED = -0.01
 """Commanded to less than nothing, so that the servo presses whatever is between the pads."""
 GRIPPER_SPEED = 0.1
 """Of the gap [m/s]."""
-GRIPPER_FORCE = 40.0
+GRIPPER_FORCE = 25.0
 """At the pads [N]."""
 TOOL_OFFSET = 0.18
 """From the wrist's axes to the tool frame."""

@@ -217,10 +217,16 @@ def _add_gripper(spec: mujoco.MjSpec, build: _Builder, palm: mujoco.MjsBody, arm
             name=pad,
             friction=(1.5, 0.05, 0.001),
             condim=4,
+            # The pads are stiff also against light things: their own figures hold, whatever they touch.
+            priority=1,
+            solref=(0.008, 1.0),
+            solimp=(0.97, 0.995, 0.001, 0.5, 2.0),
         )
     left, right = pr2.FINGER_JOINTS[arm]
-    # The real fingers are geared to each other.
-    coupling = spec.add_equality(type=mujoco.mjtEq.mjEQ_JOINT, name1=left, name2=right, name=f"{side}_finger_gear")
+    # The real fingers are geared to each other, with some give: both still press what is a little off the middle.
+    coupling = spec.add_equality(
+        type=mujoco.mjtEq.mjEQ_JOINT, name1=left, name2=right, name=f"{side}_finger_gear", solref=(0.04, 1.0)
+    )
     coupling.data[:5] = (0, 1, 0, 0, 0)
     actuator = spec.add_actuator(
         name=pr2.GRIPPER[arm],
