@@ -30,6 +30,8 @@ _ASIDE = (0.0, 0.12, 0.24, 0.36)
 _TURNS = 12
 _TRIES = 400
 _PATHS = 6
+_CLOSE = 0.55
+"""Of a carried object's middle and the hand to the base's middle [m]."""
 _SAME = 0.05
 """Joints nearer than this to a posture are in it [rad]."""
 
@@ -43,6 +45,13 @@ def is_folded(world: Imagination, arm: Arm) -> bool:
     """Whether the arm is in the folded posture already."""
     goal = world.kinematics[arm].unwrap(FOLDED[arm], world.arm(arm))
     return bool(np.max(np.abs(goal - world.arm(arm))) < _SAME)
+
+
+def is_carrying(world: Imagination, arm: Arm) -> bool:
+    """Whether what the arm carries is high enough and close enough to the body for driving."""
+    held, tool, base = world.carried_frame(arm), world.tool(arm), world.base
+    away = max(float(np.hypot(p[0] - base.x, p[1] - base.y)) for p in (held.position, tool.position))
+    return away < _CLOSE and float(held.position[2]) > min(_HEIGHTS) - 0.02
 
 
 def carrying_path(world: Imagination, arm: Arm, start: Array, reach: float, rng: np.random.Generator) -> Array | None:

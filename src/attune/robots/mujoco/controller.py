@@ -7,18 +7,21 @@ motion. Coroutines wait for ticks; the tick itself may run in any thread.
 
 import asyncio
 import threading
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Mapping, Sequence
 
 import anyio
 import numpy as np
 from numpy.typing import NDArray
 
 from attune.core.clock import Clock
-from attune.robots.interface import RobotFailure
+from attune.robots.interface import Arm, RobotFailure
+from attune.robots.mujoco import pr2
 from attune.robots.mujoco.trajectory import Trajectory
 from attune.robots.mujoco.world import TICK, World
 
 Array = NDArray[np.float64]
+
+_GRIPPERS: Mapping[str, Arm] = {name: arm for arm, name in pr2.GRIPPER.items()}
 
 RAMP = 0.14
 """Time from a halt or a cancellation to zero commanded velocity, and from a resume to full speed [s]."""
@@ -111,14 +114,14 @@ class Controller:
         if motion.failure is not None:
             raise motion.failure
 
-    async def until(self, condition: Callable[[], bool], timeout: float) -> bool:
-        """Wait until a condition holds after a tick; False when it does not within `timeout` [s]."""
+    async def until(self, condition: Callable[[], bool], within: float) -> bool:
+        """Wait until a condition holds after a tick; False when it does not hold `within` that time [s]."""
         event = anyio.Event()
         watch = (condition, event)
         with self._lock:
             self._watches.append(watch)
         try:
-            with anyio.move_on_after(timeout):
+            with anyio.move_on_after(within):
                 await event.wait()
                 return True
             return False
@@ -158,7 +161,10 @@ class Controller:
         motion.time += rate * TICK
         position, velocity = motion.trajectory.sample(motion.time)
         for joint, q, qd in zip(motion.joints, position, velocity * rate, strict=True):
-            self._world.command(joint, float(q), float(qd))
+            if joint in _GRIPPERS:
+                self._world.command_gripper(_GRIPPERS[joint], float(q))
+            else:
+                self._world.command(joint, float(q), float(qd))
         return motion.time >= motion.trajectory.duration or (motion.ending and rate == 0.0)
 
     def _hand_over(self, event: anyio.Event) -> None:

@@ -22,7 +22,9 @@ RESOLUTION = 0.05
 """Edge of a cell [m]."""
 _HEIGHTS = (0.03, 0.34, 0.6, 0.78, 0.95, 1.1, 1.3, 1.8)
 """Borders of the slabs [m]."""
-_FAR = 2.0
+_OPEN = 2.0
+"""Distance where there is no obstacle [m]."""
+_FAR = 0.6
 """Border added around the obstacles so that the robot fits around them [m]."""
 
 
@@ -69,7 +71,7 @@ class Costmap:
             if occupied.any():
                 self._distance.append(distance_transform_edt(~occupied) * RESOLUTION - RESOLUTION / 2)
             else:
-                self._distance.append(np.full(self.shape, _FAR))
+                self._distance.append(np.full(self.shape, _OPEN))
 
     def cell(self, points: Array) -> NDArray[np.intp]:
         """Cells of points (..., 2), clipped to the map."""
@@ -86,7 +88,7 @@ class Costmap:
         Exact to about half a cell.
         """
         cosine, sine = np.cos(poses[:, 2]), np.sin(poses[:, 2])
-        result = np.full(len(poses), _FAR)
+        result = np.full(len(poses), _OPEN)
         for points, distance in zip(body.points, self._distance, strict=True):
             if not len(points):
                 continue

@@ -34,6 +34,13 @@ def frame_of(pose: Pose) -> Frame:
     return Frame(np.array(pose.position), matrix.reshape(3, 3))
 
 
+def pose_of(frame: Frame) -> Pose:
+    """A transform as a pose."""
+    x, y, z = (float(v) for v in frame.position)
+    a, b, c, d = (float(v) for v in quaternion(frame.rotation))
+    return Pose((x, y, z), (a, b, c, d))
+
+
 def quaternion(rotation: Array) -> Array:
     """Unit quaternion w, x, y, z of a rotation matrix."""
     result = np.zeros(4)

@@ -51,6 +51,7 @@ class Imagination:
         self._arm_address = {arm: self._addresses(pr2.ARM_JOINTS[arm]) for arm in ARMS}
         self._base_address = self._addresses(pr2.BASE_JOINTS)
         self._carried = dict(carried)
+        self._robot_root = self.model.body_rootid[self.model.body(pr2.PALM["right"]).id]
         self.kinematics = {arm: ArmKinematics(arm_geometry(arm)) for arm in ARMS}
         self._set_contacts()
         for index, name in enumerate(object_names(model)):
@@ -163,11 +164,11 @@ class Imagination:
         eye = self.data.cam_xpos[self.model.camera(pr2.HEAD_CAMERA).id]
         way = np.array(point) - eye
         length = float(np.linalg.norm(way))
-        seen = np.flatnonzero(self.model.geom_contype == contact.FURNITURE)
-        for geom in seen:
-            if self.model.geom_type[geom] == mujoco.mjtGeom.mjGEOM_PLANE:
-                continue
-            distance = mujoco.mj_rayGeom(self.model, self.data, int(geom), eye, way / length)
+        m, d = self.model, self.data
+        for geom in np.flatnonzero(m.geom_contype == contact.FURNITURE):
+            distance = mujoco.mju_rayGeom(
+                d.geom_xpos[geom], d.geom_xmat[geom], m.geom_size[geom], eye, way / length, m.geom_type[geom]
+            )
             if 0.0 <= distance < length - 0.05:
                 return False
         return True
@@ -221,6 +222,17 @@ class Imagination:
         bits = (contact.TRUNK, *_ARM_BITS.values())
         geoms = [g for g in range(m.ngeom) if m.geom_contype[g] in bits]
         return solids(m, self.data, geoms, (base.x, base.y, base.yaw))
+
+    def surroundings(self) -> bytes:
+        """What `obstacle_solids` depends on, to compare with: where furniture and believed objects are."""
+        robot = np.isin(self.model.jnt_bodyid, np.flatnonzero(self.model.body_rootid == self._robot_root))
+        state = self.data.qpos.copy()
+        for joint in np.flatnonzero(robot):
+            state[self.model.jnt_qposadr[joint]] = 0.0
+        for name, _ in self._carried.values():
+            address = self.model.jnt_qposadr[self.model.body(name).jntadr[0]]
+            state[address : address + 7] = 0.0
+        return np.round(state, 3).tobytes()
 
     def obstacle_solids(self) -> list[Solid]:
         """Furniture and believed objects in the map frame."""

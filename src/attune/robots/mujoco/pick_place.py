@@ -136,19 +136,23 @@ def finish_pick(world: Imagination, carrying: Imagination, percept: Percept, sta
     return PickPlan(arm, back[::-1], rise, in_hand)
 
 
-def place_starts(world: Imagination, arm: Arm, in_hand: Frame, position: Point, lift: float) -> list[Start]:
+def place_starts(
+    world: Imagination, arm: Arm, in_hand: Frame, upright: Array, position: Point, lift: float
+) -> list[Start]:
     """Candidates for putting down from where the base stands, best first: keys are placed, above, drawn back."""
     torso = world.torso_frame()
     kinematics = world.kinematics[arm]
     hand = in_hand.inverse()
-    lean = _upright(in_hand, world.tool(arm))
     series = []
     for step in range(_YAWS):
-        turn = rotation(2, 2 * np.pi * step / _YAWS) @ lean
+        turn = rotation(2, 2 * np.pi * step / _YAWS) @ upright
         placed = Frame(np.array(position) + up(PLACE_GAP), turn) @ hand
         above = moved(placed, up(lift))
         series.append((placed, above, moved(placed, -APPROACH * placed.rotation[:, 0])))
     keys, index = reach_all(kinematics, torso, series, kinematics.pan_grid())
+    # An upright path cannot change the branch that the arm is on.
+    same = kinematics.branch(keys[:, 0]) == kinematics.branch(world.arm(arm)[None])[0]
+    keys, index = keys[same], index[same]
     costs = 0.5 * comfort(kinematics, keys[:, 0]) ** 4
     return _ranked(arm, keys, index, series, costs)
 
@@ -180,13 +184,6 @@ def finish_place(
     if not world.all_free(arm, back[1:]):
         return None
     return PlacePlan(arm, rise[::-1], back, standing)
-
-
-def _upright(in_hand: Frame, tool: Frame) -> Array:
-    """The object's rotation as it is held now, without its turn about the vertical: what "upright" is for it."""
-    held = (tool @ in_hand).rotation
-    yaw = np.arctan2(held[1, 0], held[0, 0])
-    return np.asarray(rotation(2, -yaw) @ held)
 
 
 def _ranked(

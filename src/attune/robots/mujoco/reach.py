@@ -12,9 +12,9 @@ from numpy.typing import NDArray
 from attune.robots.interface import Arm, BasePose, Percept, Point
 from attune.robots.mujoco import pr2
 from attune.robots.mujoco.arm_paths import joint_path, upright_path
+from attune.robots.mujoco.beliefs import Held
 from attune.robots.mujoco.carry import FOLDED
 from attune.robots.mujoco.costmap import Costmap, Footprint
-from attune.robots.mujoco.frames import Frame
 from attune.robots.mujoco.grasps import grasps_for
 from attune.robots.mujoco.imagination import Imagination
 from attune.robots.mujoco.pick_place import (
@@ -36,7 +36,7 @@ _OUTWARD, _INWARD = 2.0, 0.5
 """How far the target may be to the arm's own side and to the other [rad]."""
 _CLEARANCE = 0.045
 """Kept from obstacles where the robot stops [m]."""
-_STARTS = 14
+_STARTS = 60
 """Candidates of an arm motion that are tried from one base pose."""
 _POSES = 60
 """Base poses that are tried."""
@@ -88,17 +88,16 @@ def plan_pick(
 def plan_place(
     world: Imagination,
     carrying: Imagination,
-    in_hand: Frame,
-    name: str,
+    held: Held,
     arm: Arm,
     position: Point,
     tries: int = _STARTS,
 ) -> Iterator[PlacePlan | None]:
     """Search for a way to put an object down from where the base stands in both imagined worlds."""
     for lift in LIFTS:
-        starts = place_starts(carrying, arm, in_hand, position, lift)
+        starts = place_starts(carrying, arm, held.in_hand, held.upright, position, lift)
         for start in starts[:tries]:
-            yield finish_place(world, carrying, in_hand, name, start)
+            yield finish_place(world, carrying, held.in_hand, held.percept.name, start)
 
 
 def pick_poses(
@@ -123,8 +122,7 @@ def place_poses(
     costmap: Costmap,
     body: Footprint,
     arm: Arm,
-    in_hand: Frame,
-    name: str,
+    held: Held,
     position: Point,
     rng: np.random.Generator,
 ) -> Iterator[BasePose | None]:
@@ -134,7 +132,7 @@ def place_poses(
 
     def prove(_: Arm) -> bool:
         carrying.set_arm(arm, posture)
-        plan = next((p for p in plan_place(world, carrying, in_hand, name, arm, position) if p), None)
+        plan = next((p for p in plan_place(world, carrying, held, arm, position) if p), None)
         return plan is not None and upright_path(carrying, arm, posture, plan.lower[0], rng) is not None
 
     yield from _proven({arm: worlds}, costmap, body, position, prove, rng)

@@ -29,7 +29,7 @@ _NEIGHBOURS = ((1, 0), (0, 1), (1, 1), (1, -1))
 
 
 def find_route(costmap: Costmap, body: Footprint, start: BasePose, goal: BasePose) -> Array | None:
-    """Waypoints from start to goal, both included, shape (n, 3): x, y, yaw with continuous yaw; None if there is none."""
+    """Waypoints (x, y and unwrapped yaw) from start to goal, both included, shape (n, 3); None if there is no way."""
     direct = np.array([[start.x, start.y, start.yaw], [goal.x, goal.y, start.yaw + _turn(start.yaw, goal.yaw)]])
     if np.linalg.norm(direct[1, :2] - direct[0, :2]) < _LOOK_FORWARD:
         line = np.linspace(direct[0], direct[1], 30)

@@ -1,0 +1,83 @@
+"""What the robot knows: objects as it saw them, what it holds and how, and the imagined worlds made of that."""
+
+from collections.abc import Iterable
+from dataclasses import dataclass
+from typing import cast
+
+import numpy as np
+from numpy.typing import NDArray
+
+from attune.robots.interface import ARMS, Arm, Percept, Pose
+from attune.robots.mujoco.frames import Frame, frame_of
+from attune.robots.mujoco.imagination import Imagination
+from attune.robots.mujoco.kinematics import rotation
+from attune.robots.mujoco.world import World
+
+Array = NDArray[np.float64]
+
+_UNKNOWN = Frame(np.zeros(3), np.eye(3))
+
+
+@dataclass(frozen=True, slots=True)
+class Held:
+    """An object in a gripper, and its pose in the tool frame."""
+
+    percept: Percept
+    in_hand: Frame
+
+    @property
+    def upright(self) -> Array:
+        """The object's rotation as it stood before, without its turn about the vertical, shape (3, 3)."""
+        stood = frame_of(self.percept.pose).rotation
+        return cast("Array", rotation(2, -np.arctan2(stood[1, 0], stood[0, 0])) @ stood)
+
+
+class Beliefs:
+    """The robot's memory. Only the event loop's thread changes it."""
+
+    def __init__(self, world: World) -> None:
+        self._world = world
+        self.seen: dict[str, Percept] = {}
+        self.held: dict[Arm, Held] = {}
+
+    def notice(self, percepts: Iterable[Percept]) -> None:
+        """Remember what is seen now; what is held stays held."""
+        held = {held.percept.name for held in self.held.values()}
+        for percept in percepts:
+            if percept.name not in held:
+                self.seen[percept.name] = percept
+
+    def forget(self, name: str) -> None:
+        """An object is not where it was."""
+        self.seen.pop(name, None)
+
+    def grasped(self, arm: Arm, percept: Percept, in_hand: Frame) -> None:
+        """An object is in the gripper now."""
+        self.forget(percept.name)
+        self.held[arm] = Held(percept, in_hand)
+
+    def released(self, arm: Arm) -> None:
+        """The gripper is empty now."""
+        self.held.pop(arm, None)
+
+    @property
+    def free_arms(self) -> tuple[Arm, ...]:
+        """Arms that hold nothing."""
+        return tuple(arm for arm in ARMS if arm not in self.held)
+
+    def imagine(
+        self, *, without: str = "", grasping: tuple[Arm, str] | None = None, empty: Arm | None = None
+    ) -> Imagination:
+        """The kitchen as believed, the robot as it stands.
+
+        Args:
+            without: An object to leave out.
+            grasping: An arm, and an object to put into its gripper; set its pose with `set_in_hand`.
+            empty: An arm that is imagined to hold nothing.
+        """
+        carried = {arm: (held.percept.name, held.in_hand) for arm, held in self.held.items() if arm != empty}
+        poses: dict[str, Pose] = {name: percept.pose for name, percept in self.seen.items() if name != without}
+        if grasping is not None:
+            carried[grasping[0]] = (grasping[1], _UNKNOWN)
+            poses.pop(grasping[1], None)
+        return Imagination(self._world.model, self._world.snapshot(), poses, carried)

@@ -1,0 +1,279 @@
+"""Picking up, putting down and folding the arms, as sequences of planned motions."""
+
+from collections.abc import AsyncIterator, Awaitable, Callable, Iterator
+from dataclasses import dataclass, replace
+from typing import TypeVar
+
+import anyio
+import numpy as np
+from numpy.typing import NDArray
+
+from attune.core.clock import Clock
+from attune.robots.interface import (
+    Arm,
+    GraspMissed,
+    ObjectLost,
+    Percept,
+    PlacementFailed,
+    Point,
+    Unreachable,
+)
+from attune.robots.mujoco import pr2
+from attune.robots.mujoco.arm_paths import joint_path, upright_path
+from attune.robots.mujoco.beliefs import Beliefs, Held
+from attune.robots.mujoco.carry import carrying_path, folding_path, is_carrying, is_folded
+from attune.robots.mujoco.escape import escape_path
+from attune.robots.mujoco.frames import Frame, frame_of, pose_of
+from attune.robots.mujoco.imagination import Imagination
+from attune.robots.mujoco.motions import Motions
+from attune.robots.mujoco.pick_place import PickPlan, PlacePlan
+from attune.robots.mujoco.reach import plan_pick, plan_place
+from attune.robots.mujoco.world import World
+
+Array = NDArray[np.float64]
+T = TypeVar("T")
+
+_SLOW = 0.5
+"""Share of the usual speed near objects."""
+_CLOSING = 2.5
+"""Longest time for which the closing of the fingers is shielded from cancellation [s]."""
+_PRESSING = 0.4
+"""Longest wait for both pads to press [s]."""
+_MISPLACED = 0.04
+"""Farther than this from where it should stand, a placement has failed [m]."""
+_TILTED = np.cos(np.radians(20.0))
+
+
+@dataclass(frozen=True, slots=True)
+class _Pick:
+    plan: PickPlan
+    reach: Array
+    """From where the arm is to the beginning of the approach."""
+    carry: Array
+    """From the lifted posture to one for driving."""
+
+
+@dataclass(frozen=True, slots=True)
+class _Place:
+    plan: PlacePlan
+    reach: Array
+    """From where the arm is to above the place."""
+    fold: Array
+    """From where it has drawn back to the folded posture."""
+
+
+class Manipulation:
+    """Moves objects with the arms.
+
+    Args:
+        world: Measures what the fingers hold.
+        motions: Moves the arms.
+        beliefs: What is where; changed when something is grasped or released.
+        clock: For planning off the event loop.
+        look: Looks at a point and gives what is seen there.
+        rng: For the searches.
+    """
+
+    def __init__(
+        self,
+        world: World,
+        motions: Motions,
+        beliefs: Beliefs,
+        clock: Clock,
+        look: Callable[[Point], Awaitable[tuple[Percept, ...]]],
+        rng: np.random.Generator,
+    ) -> None:
+        self._world = world
+        self._motions = motions
+        self._beliefs = beliefs
+        self._clock = clock
+        self._look = look
+        self._rng = rng
+
+    async def pick(self, percept: Percept, arms: tuple[Arm, ...]) -> Arm:
+        """Grasp, lift and take to a posture for driving. See `Robot.pick`."""
+        await self._free_arms(arms)
+        chosen = await self._plan_pick(percept, arms)
+        plan, arm = chosen.plan, chosen.plan.arm
+        self._world.permit(arm, (percept.name,))
+        try:
+            async with anyio.create_task_group() as tasks:
+                tasks.start_soon(self._motions.fingers, arm, pr2.GRIPPER_OPEN)
+                await self._motions.bend(arm, chosen.reach)
+            await self._motions.bend(arm, plan.approach, _SLOW)
+            await self._grasp(arm, percept, plan.in_hand)
+            if self._world.held(arm) is None:
+                await self._motions.fingers(arm, pr2.GRIPPER_OPEN)
+                await self._motions.bend(arm, np.concatenate((plan.approach[::-1], chosen.reach[::-1])), _SLOW)
+                raise GraspMissed(percept.name, arm)
+        finally:
+            self._world.permit(arm, ())
+        await self._motions.bend(arm, plan.lift, _SLOW)
+        await self._motions.bend(arm, chosen.carry)
+        return arm
+
+    async def place(self, arm: Arm, position: Point) -> None:
+        """Put down, let go, draw back, verify. See `Robot.place`."""
+        held = self._beliefs.held.get(arm)
+        if held is None or self._world.held(arm) is None:
+            self._beliefs.released(arm)
+            raise ObjectLost(held.percept.name if held else "the object", arm)
+        name = held.percept.name
+        chosen = await self._plan_place(arm, held, position)
+        plan = chosen.plan
+        await self._motions.bend(arm, chosen.reach)
+        await self._motions.bend(arm, plan.lower, _SLOW)
+        if self._world.held(arm) is None:
+            self._beliefs.released(arm)
+            raise ObjectLost(name, arm)
+        self._world.permit(arm, (name,))
+        try:
+            await self._release(arm, plan.placed)
+            await self._motions.bend(arm, plan.retreat, _SLOW)
+        finally:
+            self._world.permit(arm, ())
+        await self._motions.bend(arm, chosen.fold)
+        await self._verify(name, position)
+
+    async def fold(self, arm: Arm) -> None:
+        """Bring an arm to the posture for driving: folded, or carrying upright.
+
+        Raises:
+            Unreachable: No free path was found.
+        """
+        held = self._beliefs.held.get(arm)
+        world = self._beliefs.imagine()
+        if is_folded(world, arm) if held is None else is_carrying(world, arm):
+            return
+        free = await self._clock.run_in_thread(lambda: escape_path(world, arm))
+        if free is None:
+            raise Unreachable(f"the posture for driving of the {arm} arm", "it is stuck")
+        start = free[-1]
+        path = await self._clock.run_in_thread(
+            lambda: self._folding(world, arm, start, held.percept if held is not None else None)
+        )
+        if path is None:
+            raise Unreachable(f"the posture for driving of the {arm} arm", "no free path was found")
+        if len(free) > 1:
+            if held is None:
+                self._world.permit(arm, self._world.object_names)
+            try:
+                await self._motions.bend(arm, free, _SLOW)
+            finally:
+                self._world.permit(arm, ())
+        await self._motions.bend(arm, path)
+
+    def _folding(self, world: Imagination, arm: Arm, start: Array, carried: Percept | None) -> Array | None:
+        world.set_arm(arm, start)
+        if carried is None:
+            return folding_path(world, arm, self._rng)
+        return carrying_path(world, arm, start, _radius(carried), self._rng)
+
+    async def _free_arms(self, arms: tuple[Arm, ...]) -> None:
+        """Fold the arms that may pick, so that plans start from a known, free posture."""
+        for arm in arms:
+            await self.fold(arm)
+
+    async def _plan_pick(self, percept: Percept, arms: tuple[Arm, ...]) -> _Pick:
+        for arm in arms:
+            world = self._beliefs.imagine()
+            carrying = self._beliefs.imagine(grasping=(arm, percept.name))
+            world.put(percept.name, frame_of(percept.pose))
+            start = world.arm(arm)
+            async for plan in self._found(plan_pick(world, carrying, percept, arm)):
+                chosen = await self._clock.run_in_thread(
+                    lambda: self._complete_pick(world, carrying, percept, start, plan)  # noqa: B023
+                )
+                if chosen is not None:
+                    return chosen
+        raise Unreachable(percept.name, "no grasp was found that is free of collisions")
+
+    def _complete_pick(
+        self, world: Imagination, carrying: Imagination, percept: Percept, start: Array, plan: PickPlan
+    ) -> _Pick | None:
+        """Add the ways there and back to a plan."""
+        world.set_gripper(plan.arm, pr2.GRIPPER_OPEN)
+        reach = joint_path(world, plan.arm, start, plan.approach[0], self._rng)
+        if reach is None:
+            return None
+        kinematics = world.kinematics[plan.arm]
+        approach = kinematics.unwrap(plan.approach, plan.approach + (reach[-1] - plan.approach[0]))
+        lift = kinematics.unwrap(plan.lift, plan.lift + (approach[-1] - plan.lift[0]))
+        carrying.set_in_hand(plan.arm, plan.in_hand)
+        carry = carrying_path(carrying, plan.arm, lift[-1], _radius(percept), self._rng)
+        if carry is None:
+            return None
+        return _Pick(PickPlan(plan.arm, approach, lift, plan.in_hand), reach, carry)
+
+    async def _plan_place(self, arm: Arm, held: Held, position: Point) -> _Place:
+        world = self._beliefs.imagine(empty=arm)
+        carrying = self._beliefs.imagine()
+        start = carrying.arm(arm)
+        async for plan in self._found(plan_place(world, carrying, held, arm, position)):
+            chosen = await self._clock.run_in_thread(
+                lambda: self._complete_place(world, carrying, start, plan)  # noqa: B023
+            )
+            if chosen is not None:
+                return chosen
+        raise Unreachable(f"the place for {held.percept.name}", "no way of putting it down was found")
+
+    def _complete_place(
+        self, world: Imagination, carrying: Imagination, start: Array, plan: PlacePlan
+    ) -> _Place | None:
+        """Add the ways there and back to a plan."""
+        reach = upright_path(carrying, plan.arm, start, plan.lower[0], self._rng)
+        if reach is None:
+            return None
+        kinematics = carrying.kinematics[plan.arm]
+        lower = kinematics.unwrap(plan.lower, plan.lower + (reach[-1] - plan.lower[0]))
+        retreat = kinematics.unwrap(plan.retreat, plan.retreat + (lower[-1] - plan.retreat[0]))
+        world.set_arm(plan.arm, retreat[-1])
+        fold = folding_path(world, plan.arm, self._rng)
+        if fold is None:
+            return None
+        return _Place(PlacePlan(plan.arm, lower, retreat, plan.placed), reach, fold)
+
+    async def _grasp(self, arm: Arm, percept: Percept, in_hand: Frame) -> None:
+        """Close the fingers; shielded from cancellation for `_CLOSING` + `_PRESSING` seconds at most."""
+        with anyio.CancelScope(shield=True):
+            with anyio.move_on_after(_CLOSING):
+                await self._motions.fingers(arm, pr2.GRIPPER_CLOSED)
+            await self._motions.wait_until(lambda: self._world.held(arm) is not None, _PRESSING)
+            if self._world.held(arm) is not None:
+                self._beliefs.grasped(arm, percept, in_hand)
+
+    async def _release(self, arm: Arm, placed: Frame) -> None:
+        """Open the fingers; from the first moment of this on the object is free, cancelled or not."""
+        held = self._beliefs.held[arm]
+        self._beliefs.released(arm)
+        self._beliefs.notice([_at(held.percept, placed)])
+        await self._motions.fingers(arm, pr2.GRIPPER_OPEN)
+
+    async def _verify(self, name: str, position: Point) -> None:
+        for _ in range(2):
+            seen = next((percept for percept in await self._look(position) if percept.name == name), None)
+            if seen is not None:
+                break
+        else:
+            raise PlacementFailed(name, "it is not to be seen where it should stand")
+        away = float(np.linalg.norm(np.array(seen.pose.position) - position))
+        if away > _MISPLACED:
+            raise PlacementFailed(name, f"it stands {away:.2f} m from where it should")
+        if frame_of(seen.pose).rotation[2, 2] < _TILTED:
+            raise PlacementFailed(name, "it has fallen over")
+
+    async def _found(self, search: Iterator[T | None]) -> AsyncIterator[T]:
+        """The results of a search, each step of which runs off the event loop."""
+        steps = enumerate(search)
+        while (step := await self._clock.run_in_thread(lambda: next(steps, None))) is not None:
+            if step[1] is not None:
+                yield step[1]
+
+
+def _radius(percept: Percept) -> float:
+    return float(np.hypot(percept.extent[0], percept.extent[1])) / 2
+
+
+def _at(percept: Percept, frame: Frame) -> Percept:
+    """The percept, standing somewhere else."""
+    return replace(percept, pose=pose_of(frame), place="")

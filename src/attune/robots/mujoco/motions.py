@@ -1,0 +1,86 @@
+"""The parts of the body as things to move: base, head, torso, arms, grippers."""
+
+from collections.abc import Callable, Sequence
+
+import numpy as np
+from numpy.typing import NDArray
+
+from attune.robots.interface import Arm, BasePose, Point
+from attune.robots.mujoco import pr2
+from attune.robots.mujoco.controller import Controller
+from attune.robots.mujoco.frames import torso_frame
+from attune.robots.mujoco.trajectory import Limits, plan_trajectory
+from attune.robots.mujoco.world import World
+
+Array = NDArray[np.float64]
+
+_SHARE = 0.6
+"""Share of the joints' highest velocity that motions use."""
+_ARM_ACCELERATION = 4.0
+_BASE = Limits(np.array([0.5, 0.5, 0.9]), np.array([0.7, 0.7, 1.4]))
+_HEAD = Limits(np.array([2.0, 2.0]), np.array([8.0, 8.0]))
+_TORSO = Limits(np.array([pr2.SERVOS[pr2.TORSO].speed]), np.array([0.1]))
+_FINGERS = Limits(np.array([pr2.GRIPPER_SPEED]), np.array([1.0]))
+_EYE = (0.0732, 0.0845)
+"""The camera in the frame of the head's tilt: ahead, up [m]."""
+_NECK = (-0.01707, 0.38145, 0.068)
+"""The pan axis in the torso's frame (ahead, up), and the tilt axis ahead of it [m]."""
+
+
+class Motions:
+    """Moves parts of the body along paths, and knows where they are.
+
+    Every coroutine can be cancelled: the part comes to rest on its path first.
+    """
+
+    def __init__(self, world: World, controller: Controller) -> None:
+        self._world = world
+        self._controller = controller
+
+    def positions(self, joints: Sequence[str]) -> Array:
+        """Measured joint positions."""
+        return np.array([self._world.joint_position(joint) for joint in joints])
+
+    @property
+    def base(self) -> BasePose:
+        """Where the base stands."""
+        return self._world.base()
+
+    async def wait_until(self, condition: Callable[[], bool], within: float) -> bool:
+        """Wait for a condition; False when it does not hold within that time [s]."""
+        return await self._controller.until(condition, within)
+
+    async def drive(self, path: Array) -> None:
+        """Move the base along x, y, yaw, shape (n, 3)."""
+        await self._controller.follow(pr2.BASE_JOINTS, plan_trajectory(path, _BASE, blend=0.5))
+
+    async def bend(self, arm: Arm, path: Array, speed: float = 1.0) -> None:
+        """Move an arm along configurations, shape (n, 7), at a share of the usual speed."""
+        velocity = np.array([pr2.SERVOS[joint].speed for joint in pr2.ARM_JOINTS[arm]])
+        limits = Limits(_SHARE * speed * velocity, np.full(7, _ARM_ACCELERATION * speed))
+        await self._controller.follow(pr2.ARM_JOINTS[arm], plan_trajectory(path, limits))
+
+    async def fingers(self, arm: Arm, gap: float) -> None:
+        """Open or close the fingers to a gap between the pads [m]."""
+        path = np.array([[self._world.gripper_gap(arm)], [gap]])
+        await self._controller.follow((pr2.GRIPPER[arm],), plan_trajectory(path, _FINGERS))
+
+    async def lift_torso(self, height: float) -> None:
+        """Move the torso to a height above its lowest [m], as far as it goes."""
+        servo = pr2.SERVOS[pr2.TORSO]
+        path = np.array([self.positions((pr2.TORSO,)), [float(np.clip(height, servo.low, servo.high))]])
+        await self._controller.follow((pr2.TORSO,), plan_trajectory(path, _TORSO))
+
+    async def gaze(self, point: Point) -> None:
+        """Turn the head so that the camera looks at a point, as far as it turns."""
+        torso = torso_frame(self.base, float(self.positions((pr2.TORSO,))[0]))
+        x, y, z = torso.rotation.T @ (np.array(point) - torso.position)
+        pan = float(np.arctan2(y, x - _NECK[0]))
+        ahead, up = float(np.hypot(y, x - _NECK[0])) - _NECK[2], float(z) - _NECK[1]
+        tilt = np.arcsin(np.clip(_EYE[1] / max(np.hypot(ahead, up), 0.1), -1.0, 1.0)) - np.arctan2(up, ahead)
+        wanted = [
+            np.clip(angle, pr2.SERVOS[joint].low, pr2.SERVOS[joint].high)
+            for joint, angle in zip(pr2.HEAD_JOINTS, (pan, tilt), strict=True)
+        ]
+        path = np.array([self.positions(pr2.HEAD_JOINTS), wanted])
+        await self._controller.follow(pr2.HEAD_JOINTS, plan_trajectory(path, _HEAD))

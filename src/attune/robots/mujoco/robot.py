@@ -1,0 +1,246 @@
+"""The PR2 in the simulated kitchen, behind the Robot interface."""
+
+from collections.abc import Iterator, Sequence
+from dataclasses import replace
+from typing import TypeVar
+
+import numpy as np
+
+from attune.core.clock import Clock
+from attune.core.config import RobotConfig
+from attune.core.messages import ObjectSpec
+from attune.core.scene import Scene
+from attune.robots.interface import (
+    ARMS,
+    Arm,
+    BasePose,
+    Collision,
+    GripperFull,
+    LookTarget,
+    ObjectNotThere,
+    OpenTarget,
+    Percept,
+    PickTarget,
+    PlaceTarget,
+    Point,
+    Pose,
+    Robot,
+    RobotFailure,
+    RobotStatus,
+    Target,
+    UnknownTarget,
+    Unreachable,
+)
+from attune.robots.mujoco.beliefs import Beliefs
+from attune.robots.mujoco.carry import FOLDED
+from attune.robots.mujoco.controller import Controller
+from attune.robots.mujoco.costmap import footprint
+from attune.robots.mujoco.driving import Driving
+from attune.robots.mujoco.frames import frame_of
+from attune.robots.mujoco.manipulation import Manipulation
+from attune.robots.mujoco.motions import Motions
+from attune.robots.mujoco.perception import PERIOD, CameraSettings, Perception
+from attune.robots.mujoco.reach import look_poses, pick_poses, place_poses
+from attune.robots.mujoco.world import World
+
+T = TypeVar("T")
+
+_STANDSTILL = 0.01
+"""A robot whose joints are all slower than this stands still [rad/s or m/s]."""
+_POSES = 3
+"""Base poses that a search gives."""
+_SURFACE_ERROR = 0.015
+"""An object seen less than this over or under a surface stands on it [m]."""
+_LOOKS = 3
+"""Looks that are averaged before an object is grasped."""
+_NEARBY = 0.15
+"""An object seen within this distance was only nudged [m]."""
+
+
+class MujocoRobot(Robot):
+    """A PR2 with real physics.
+
+    Args:
+        scene: The kitchen.
+        clock: Time; `run` ticks the simulation by it.
+        config: Of the robot.
+
+    Attributes:
+        world: The simulation. Tests and judges look at the truth through it; the robot itself only measures its own
+            joints, its fingertips and what its camera sees.
+    """
+
+    def __init__(self, scene: Scene, clock: Clock, config: RobotConfig) -> None:
+        self.world = World(scene, friction_only=config.friction_only)
+        self._clock = clock
+        self._scene = scene
+        self._rng = np.random.default_rng(config.seed)
+        camera = CameraSettings(noise=config.camera_noise, miss=config.camera_miss)
+        self._perception = Perception(self.world, camera, seed=config.seed)
+        self._controller = Controller(self.world, clock, self._touched)
+        self._motions = Motions(self.world, self._controller)
+        self._beliefs = Beliefs(self.world)
+        self._driving = Driving(self._motions, self._beliefs, clock)
+        self._manipulation = Manipulation(self.world, self._motions, self._beliefs, clock, self._look_for, self._rng)
+
+    # --- state --------------------------------------------------------------------------------------------------
+
+    def status(self) -> RobotStatus:
+        """The robot's own state, now."""
+        held = {arm: self.world.held(arm) for arm in ARMS}
+        opened = frozenset(
+            box.name for box in self._scene.containers if self.world.container_position(box.name) > 0.5 * box.opened
+        )
+        return RobotStatus(
+            base=self.world.base(),
+            moving=self.world.speed() > _STANDSTILL,
+            halted=self._controller.halted,
+            holding={arm: name for arm, name in held.items() if name is not None},
+            opened=opened,
+        )
+
+    async def run(self) -> None:
+        """Tick the control loop and the simulation until cancelled."""
+        await self._controller.run()
+
+    def halt(self) -> None:
+        """Ramp all motion down from the next tick on."""
+        self._controller.halt()
+
+    def resume(self) -> None:
+        """Go on."""
+        self._controller.resume()
+
+    def _touched(self) -> RobotFailure | None:
+        contacts = self.world.forbidden_contacts()
+        return Collision(*contacts[0]) if contacts else None
+
+    # --- searching ----------------------------------------------------------------------------------------------
+
+    async def base_poses(self, target: Target) -> Sequence[BasePose]:
+        """Up to three base poses from which the target can be reached, the most promising first."""
+        costmap, _ = await self._driving.floor()
+        seed = int(self._rng.integers(2**31))
+        rng = np.random.default_rng(seed)
+        match target:
+            case PickTarget(percept):
+                worlds = {}
+                for arm in self._beliefs.free_arms:
+                    world = self._beliefs.imagine()
+                    for free in self._beliefs.free_arms:
+                        world.set_arm(free, FOLDED[free])
+                    world.put(percept.name, frame_of(percept.pose))
+                    carrying = self._beliefs.imagine(grasping=(arm, percept.name))
+                    worlds[arm] = (world, carrying)
+                if not worlds:
+                    return ()
+                body = footprint(next(iter(worlds.values()))[0].body_solids())
+                return await self._first(pick_poses(worlds, costmap, body, percept, rng))
+            case PlaceTarget(arm, position):
+                held = self._beliefs.held.get(arm)
+                if held is None:
+                    return ()
+                carrying, world = self._beliefs.imagine(), self._beliefs.imagine(empty=arm)
+                body = footprint(carrying.body_solids())
+                return await self._first(place_poses((world, carrying), costmap, body, arm, held, position, rng))
+            case LookTarget(point):
+                world = self._beliefs.imagine()
+                body = footprint(world.body_solids())
+                return await self._first(look_poses(world, costmap, body, point, world.base, rng))
+            case OpenTarget(container):
+                raise UnknownTarget("container", container, [box.name for box in self._scene.containers])
+
+    async def _first(self, search: Iterator[BasePose | None]) -> tuple[BasePose, ...]:
+        found: list[BasePose] = []
+        steps = enumerate(search)
+        while (step := await self._clock.run_in_thread(lambda: next(steps, None))) is not None:
+            if step[1] is not None:
+                found.append(step[1])
+            if len(found) == _POSES:
+                break
+        return tuple(found)
+
+    # --- acting -------------------------------------------------------------------------------------------------
+
+    async def navigate(self, goal: BasePose) -> None:
+        """Drive along a free path, replanned up to three times."""
+        await self._driving.to(goal)
+
+    async def look_at(self, point: Point) -> None:
+        """Turn the head towards a point."""
+        await self._motions.gaze(point)
+
+    async def perceive(self, spec: ObjectSpec = ObjectSpec()) -> tuple[Percept, ...]:
+        """What the head camera sees now and fits `spec`."""
+        await self._clock.sleep(PERIOD)
+        seen = [self._resting(percept) for percept in self._perception.look()]
+        self._beliefs.notice(seen)
+        return tuple(percept for percept in seen if percept.matches(spec))
+
+    def _resting(self, percept: Percept) -> Percept:
+        """What is seen to stand on a known surface stands exactly on it, whatever the camera's noise says."""
+        x, y, z = percept.pose.position
+        if not percept.place:
+            return percept
+        height = self._scene.surface(percept.place).center[2]
+        if abs(z - height) > _SURFACE_ERROR:
+            return percept
+        return replace(percept, pose=Pose((x, y, height), percept.pose.orientation))
+
+    async def _look_for(self, point: Point) -> tuple[Percept, ...]:
+        await self.look_at(point)
+        return await self.perceive()
+
+    async def open(self, container: str) -> None:
+        """Open a door or drawer."""
+        raise UnknownTarget("container", container, [box.name for box in self._scene.containers])
+
+    async def close(self, container: str) -> None:
+        """Close a door or drawer."""
+        raise UnknownTarget("container", container, [box.name for box in self._scene.containers])
+
+    async def pick(self, percept: Percept, arm: Arm | None = None) -> Arm:
+        """Grasp an object, lift it and take it to a posture for driving.
+
+        The closing of the fingers is shielded from cancellation, for three seconds at most. The object is looked at
+        first: if it was nudged, it is grasped where it is now.
+        """
+        free = self._beliefs.free_arms
+        if not free or (arm is not None and arm not in free):
+            raise GripperFull(", ".join(held.percept.name for held in self._beliefs.held.values()))
+        now = await self._find_again(percept)
+        return await self._manipulation.pick(now, (arm,) if arm is not None else self._nearest_first(free, now))
+
+    async def place(self, arm: Arm, position: Point) -> None:
+        """Put down what `arm` holds, let go, draw back, fold the arm and look whether it stands."""
+        await self._manipulation.place(arm, position)
+
+    async def park_arms(self) -> None:
+        """Fold empty arms; bring carried objects, upright, close to the body and above the tables."""
+        for arm in ARMS:
+            await self._manipulation.fold(arm)
+
+    async def move_torso(self, height: float) -> None:
+        """Lift the torso to `height` [m] above its lowest position, as far as it goes."""
+        await self._motions.lift_torso(height)
+
+    async def _find_again(self, percept: Percept) -> Percept:
+        """The object as it is seen now, near where it was seen before."""
+        await self.look_at(percept.pose.position)
+        looks = [seen for _ in range(_LOOKS) for seen in await self.perceive() if seen.name == percept.name]
+        if not looks:
+            self._beliefs.forget(percept.name)
+            raise ObjectNotThere(percept.name)
+        mean = np.mean([seen.pose.position for seen in looks], axis=0)
+        if np.linalg.norm(mean - percept.pose.position) > _NEARBY:
+            raise ObjectNotThere(percept.name)
+        x, y, z = (float(value) for value in mean)
+        now = replace(looks[-1], pose=Pose((x, y, z), looks[-1].pose.orientation))
+        self._beliefs.notice((now,))
+        return now
+
+    def _nearest_first(self, arms: tuple[Arm, ...], percept: Percept) -> tuple[Arm, ...]:
+        base = self._motions.base
+        x, y, _ = percept.pose.position
+        aside = np.cos(base.yaw) * (y - base.y) - np.sin(base.yaw) * (x - base.x)
+        return tuple(sorted(arms, key=lambda arm: (arm == "left") != (aside > 0)))
