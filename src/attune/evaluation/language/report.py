@@ -52,10 +52,10 @@ class LanguageReport:
                 *_paper_table(self.interpreter, paper),
                 "",
             ]
-            lines += _extras(score(paper))
+            lines += _extras(score(paper), paper)
         if hard := self.part("hard"):
             lines += [f"## The harder part: {len(hard)} utterances", "", *_group_table(hard), ""]
-            lines += _extras(score(hard))
+            lines += _extras(score(hard), hard)
         lines += [f"## Errors: {len(self.errors)}", ""]
         lines += [line for answer in self.errors for line in _error_lines(answer)]
         return "\n".join(lines) + "\n"
@@ -84,6 +84,7 @@ def _part_data(answers: Sequence[Answer]) -> dict[str, Any]:
     return {
         "items": len(answers),
         "score": _score_data(score(answers)),
+        "seconds": {"median": latency(answers, 50), "p99": latency(answers, 99)},
         "groups": {name: _score_data(score(members)) for name, members in _groups(answers).items()},
     }
 
@@ -131,14 +132,25 @@ def _group_table(answers: Sequence[Answer]) -> list[str]:
     return [*lines, "", f"Destination: {result.destination} %"]
 
 
-def _extras(result: Score) -> list[str]:
+def latency(answers: Sequence[Answer], percentile: float) -> float:
+    """The time [s] within which so many percent of the answers came."""
+    times = sorted(answer.seconds for answer in answers)
+    return times[min(len(times) - 1, int(len(times) * percentile / 100))]
+
+
+def _extras(result: Score, answers: Sequence[Answer]) -> list[str]:
     rows = (
         ("Commands made from non-commands", result.false_commands),
         ("Missed stops", result.missed_stops),
         ("False stops", result.false_stops),
         ("No valid answer", result.failed),
     )
-    return [*(f"- {title}: {tally.right} of {tally.of}" for title, tally in rows if tally.of), ""]
+    times = f"- Time for an answer: median {_ms(answers, 50)}, 99 % within {_ms(answers, 99)}"
+    return [*(f"- {title}: {tally.right} of {tally.of}" for title, tally in rows if tally.of), times, ""]
+
+
+def _ms(answers: Sequence[Answer], percentile: float) -> str:
+    return f"{1000 * latency(answers, percentile):.1f} ms"
 
 
 def _error_lines(answer: Answer) -> list[str]:

@@ -1,0 +1,75 @@
+"""Runs the language benchmark with any interpreter."""
+
+from collections.abc import Awaitable, Callable, Sequence
+from typing import Any
+
+import anyio
+from pydantic import ValidationError
+
+from attune.core.clock import Clock
+from attune.core.codec import describe
+from attune.evaluation.language.hard_benchmark import hard_items
+from attune.evaluation.language.items import Item, Meaning, Part
+from attune.evaluation.language.paper_benchmark import paper_items
+from attune.evaluation.language.report import LanguageReport
+from attune.evaluation.language.scoring import Answer
+
+Respond = Callable[[Item], Awaitable[dict[str, Any]]]
+"""Answers an item with a line of `attune understand`'s output."""
+
+
+def benchmark_items(parts: Sequence[Part] = ("paper", "hard"), sample: int = 0) -> tuple[Item, ...]:
+    """The items of the benchmark.
+
+    Args:
+        parts: Which parts.
+        sample: Evenly spread, at most so many of each part, for endpoints that cost money; 0 takes all.
+    """
+    found: list[Item] = []
+    for part in parts:
+        items = paper_items() if part == "paper" else hard_items()
+        step = max(1.0, len(items) / sample) if sample else 1.0
+        found += [items[int(number * step)] for number in range(int(len(items) / step))]
+    return tuple(found)
+
+
+async def evaluate(
+    interpreter: str,
+    items: Sequence[Item],
+    respond: Respond,
+    clock: Clock,
+    *,
+    at_once: int = 1,
+    on_progress: Callable[[], None] = lambda: None,
+) -> LanguageReport:
+    """Let an interpreter answer all items.
+
+    Args:
+        interpreter: Its name, for the report.
+        items: What to ask it.
+        respond: How to ask it.
+        clock: Times the answers.
+        at_once: How many items may be under way at the same time.
+        on_progress: Called after each item.
+    """
+    answers: list[Answer | None] = [None] * len(items)
+    limiter = anyio.CapacityLimiter(at_once)
+
+    async def ask(index: int) -> None:
+        async with limiter:
+            started = clock.now()
+            line = await respond(items[index])
+            answers[index] = _answer(items[index], line, clock.now() - started)
+            on_progress()
+
+    async with anyio.create_task_group() as tasks:
+        for index in range(len(items)):
+            tasks.start_soon(ask, index)
+    return LanguageReport(interpreter, tuple(answer for answer in answers if answer is not None))
+
+
+def _answer(item: Item, line: dict[str, Any], seconds: float) -> Answer:
+    try:
+        return Answer(item, Meaning.model_validate(line), seconds, str(line.get("reason", "")))
+    except ValidationError as error:
+        return Answer(item, None, seconds, "; ".join(describe(error)))
