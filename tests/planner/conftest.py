@@ -20,7 +20,15 @@ SCENE = load_scene()
 
 
 class WatchedRobot(SymbolicRobot):
-    """Checks on the way what must hold on each drive."""
+    """Checks on the way what must hold on each drive, and remembers when somebody else moved something."""
+
+    def __init__(self, *arguments: Any, **options: Any) -> None:
+        super().__init__(*arguments, **options)
+        self.moved_at: dict[str, float] = {}
+
+    def move_object(self, name: str, surface: str) -> None:
+        self.moved_at[name] = self._clock.now()
+        super().move_object(name, surface)
 
     async def navigate(self, goal: BasePose) -> None:
         assert self.arms_parked, "the arms are parked before driving"
@@ -126,7 +134,8 @@ class Kitchen:
             for other, other_position in places[:index]:
                 assert math.dist(position, other_position) > 0.05, f"{name} stands in {other}"
         for believed in self.worlds[-1].objects:
-            if believed.confidence > 0.5:
+            looked_since = (believed.seen or 0.0) >= self.robot.moved_at.get(believed.spec.name, 0.0)
+            if believed.confidence > 0.5 and looked_since:
                 thing = truth[believed.spec.name]
                 assert believed.place == thing.place, believed
                 assert believed.position is not None
