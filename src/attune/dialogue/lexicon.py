@@ -14,7 +14,7 @@ from attune.core.codec import describe
 from attune.core.errors import AttuneError
 from attune.core.messages import ObjectSpec
 
-Group = Literal["type", "color", "size", "comparative", "place"]
+Group = Literal["type", "color", "size", "comparative", "place", "unknown"]
 
 
 class LexiconError(AttuneError):
@@ -47,6 +47,20 @@ class _Words(_Strict):
     robot: frozenset[str]
     people: frozenset[str]
     names: frozenset[str]
+    not_objects: tuple[str, ...]
+
+
+class Verbs(_Strict):
+    """What people tell the robot to do with things; `bringing` and `brought` are forms of `fetch`, and so on."""
+
+    fetch: tuple[str, ...]
+    put: tuple[str, ...]
+    bringing: tuple[str, ...]
+    putting: tuple[str, ...]
+    brought: tuple[str, ...]
+    left: tuple[str, ...]
+    swap: tuple[str, ...]
+    drop: tuple[str, ...]
 
 
 class _File(_Strict):
@@ -60,6 +74,7 @@ class _File(_Strict):
     plurals: dict[str, str]
     numbers: dict[str, int]
     words: _Words
+    verbs: Verbs
 
     @field_validator("types", "colors", "sizes", "comparatives", "places")
     @classmethod
@@ -84,6 +99,7 @@ class Lexicon:
 
     def __init__(self, file: _File) -> None:
         self._file = file
+        self.verbs = file.verbs
         self.mass = file.words.mass
         self.adjectives = file.words.adjectives
         self.robot = file.words.robot
@@ -92,8 +108,9 @@ class Lexicon:
         self.numbers: Mapping[str, int] = file.numbers
         self.phrases: dict[tuple[str, ...], Entry] = {}
         groups: tuple[tuple[Group, Mapping[str, tuple[str, ...]]], ...] = (
-            ("type", file.types), ("color", file.colors), ("size", dict(file.sizes)),
-            ("comparative", dict(file.comparatives)), ("place", file.places),
+            ("type", file.types), ("color", file.colors), ("size", {str(k): v for k, v in file.sizes.items()}),
+            ("comparative", {str(k): v for k, v in file.comparatives.items()}), ("place", file.places),
+            ("unknown", {phrase: (phrase,) for phrase in file.words.not_objects}),
         )  # fmt: skip
         for group, values in groups:
             for value, phrases in values.items():

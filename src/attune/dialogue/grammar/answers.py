@@ -1,0 +1,219 @@
+"""Answers to what the robot asked: "the red one", "yes please", "either"."""
+
+import re
+from dataclasses import dataclass, replace
+from typing import Literal
+
+from attune.core.messages import ObjectSpec
+from attune.dialogue.context import Context
+from attune.dialogue.grammar.clauses import Sentence, skeleton
+from attune.dialogue.grammar.items import Thing
+from attune.dialogue.grammar.phrases import PhraseReader
+from attune.dialogue.grammar.references import is_described_by, resolve
+from attune.dialogue.grammar.remarks import NO, YES
+from attune.dialogue.grammar.tokens import tokenize
+from attune.dialogue.interpreter import Interpretation
+
+_ANY = re.compile(
+    r"\b(?:either|any(?: of (?:them|those|the two))?|whichever|whatever|do(?:es)? not (?:matter|care|mind)|do not (?:care|mind)|you (?:choose|decide|pick)|surprise me|up to you|no preference|your choice|anyone)\b"
+)
+_BOTH = re.compile(r"\b(?:both|all of them|all|the two|the two of them)\b")
+_LEADING_NO = re.compile(r"^(?:no|nope|not that(?: one)?|neither)\b(?: ,)? ?")
+_LEADING_YES = re.compile(r"^(?:(?:yes|sure|okay|right|of course|please|exactly|alright|oh|well|i guess|i think|,) ?)+")
+_STOP_QUESTION = re.compile(r"\b(?:stop|cancel|give up|abort|pause)\b")
+_GO_ON_QUESTION = re.compile(r"\b(?:carry on|continue|go on|keep going|resume)\b")
+_REQUEST = re.compile(r"\b(?:instead of|rather than|swap|replace|exchange|not T\d+ but)\b")
+_ORDINAL = re.compile(
+    r"^(?:(?:the|number|option|please|,|\.|yes|no|one) ?)*(?P<n>first|former|second|latter|last|one|two)(?: (?:one|option|please|would be .*|then|,|\.))*$"
+)
+_ORDINALS = {"first": 0, "former": 0, "one": 0, "second": 1, "two": 1, "latter": -1, "last": -1}
+
+
+@dataclass(frozen=True, slots=True)
+class Question:
+    """What the robot asked.
+
+    Attributes:
+        kind: What an answer means: a choice among objects, a place, or a plain yes or no to something.
+        options: The objects offered.
+        places: The places offered.
+    """
+
+    kind: Literal["object", "place", "breakfast", "stop", "go_on", "repair"]
+    options: tuple[ObjectSpec, ...] = ()
+    places: tuple[str, ...] = ()
+
+
+def read_question(text: str, context: Context, reader: PhraseReader) -> Question:
+    """Understand the robot's own question."""
+    sentences = [part for part in re.split(r"(?<=[.?!])\s+", text) if part.strip()]
+    asked = [part for part in sentences if "?" in part] or sentences
+    lowered = " ".join(asked).lower()
+    if "breakfast" in lowered and not _things(" ".join(asked), reader).things:
+        return Question("breakfast")
+    found = _options(" ".join(asked), context, reader, text)
+    if not found and asked != sentences:
+        found = _options(" ".join(sentences), context, reader, text)
+    places = tuple(dict.fromkeys(spot.place for spot in _things(" ".join(asked), reader).spots if spot.role != "from"))
+    is_where = re.match(r"\W*(?:where|which place|on which|to which)", lowered) is not None or re.search(
+        r"\bwhere (?:should|shall|do|would)", lowered
+    )
+    puts = re.search(r"\b(?:put|place|leave|deliver|take|bring|set)\b(?: \w+){0,4}? (?:on|to|onto|in|into)\b", lowered)
+    if is_where or (places and puts and not re.search(r"\bbring you\b|\bwould you like (?:the|a)\b", lowered)):
+        return Question("place", found, places)
+    if not found and _STOP_QUESTION.search(lowered):
+        return Question("stop")
+    if not found and _GO_ON_QUESTION.search(lowered):
+        return Question("go_on")
+    if re.match(r"\W*(?:sorry, |pardon, )?did you (?:say|mean)", lowered):
+        return Question("repair", found, places)
+    return Question("object", found, places)
+
+
+def _things(text: str, reader: PhraseReader) -> Sentence:
+    return skeleton(reader.items(tokenize(text)))
+
+
+def _options(text: str, context: Context, reader: PhraseReader, whole: str) -> tuple[ObjectSpec, ...]:
+    sentence = _things(text, reader)
+    nouns = [thing.spec for thing in _things(whole, reader).things if thing.head == "noun"]
+    options: list[ObjectSpec] = []
+    for number, thing in enumerate(sentence.things):
+        before = sentence.skeleton[: sentence.skeleton.index(f"T{number}")].rstrip()
+        if re.search(r"\b(?:no|not (?:find|see|have|get)|instead of|rather than|no more|is no)$", before):
+            continue
+        spec = thing.spec
+        if not spec.type:
+            source = nouns[-1] if nouns else next(iter(context.recent), None)
+            if source is None:
+                continue
+            spec = replace(spec, type=source.type)
+        located = re.search(rf"\bT{number} P(\d+)", sentence.skeleton)
+        if located and sentence.spots[int(located[1])].role in {"at", "from"}:
+            spec = replace(spec, location=spec.location or sentence.spots[int(located[1])].place)
+        options.append(spec)
+    if len(options) > 1:
+        # "Which cup would you like, the red or the blue one?": the cup as such is no option.
+        bare = [spec for spec in options if not (spec.color or spec.size or spec.location)]
+        specific = [spec for spec in options if spec.color or spec.size or spec.location]
+        options = specific if specific and len({s.type for s in options}) == 1 and bare else options
+    return tuple(dict.fromkeys(options))
+
+
+def read_answer(text: str, sentence: Sentence, question: Question, context: Context) -> Interpretation | None:
+    """What an answer means; None when it answers nothing (a new request, or talk).
+
+    Args:
+        text: The skeleton of what was said.
+        sentence: The things and places in it.
+        question: What was asked.
+        context: The situation.
+    """
+    text = text.strip(" .,?")
+    if _REQUEST.search(text):
+        return None
+    if question.kind == "place":
+        return _place_answer(text, sentence, question)
+    plain = not re.search(r"\b[TP]\d+\b", text)
+    if plain and NO.match(text):
+        return Interpretation(intent="deny", confidence=0.9, reason="says no to the question")
+    if plain and YES.match(text):
+        return _agreed(question)
+    options = question.options
+    if not options:
+        return None
+    ordinal = _ORDINAL.match(_LEADING_YES.sub("", text))
+    if ordinal and len(options) > 1 and abs(_ORDINALS[ordinal["n"]]) < len(options):
+        return _chosen((options[_ORDINALS[ordinal["n"]]],))
+    if plain and _BOTH.search(text) and len(options) > 1 and len(text.split()) <= 6:
+        return _chosen(options)
+    if _ANY.search(text) and len(text.split()) <= 10:
+        return _chosen(options[:1])
+    chosen = [
+        option
+        for number, thing in enumerate(sentence.things)
+        if f"T{number}" in text.split() and (option := _pick(thing, number, text, sentence, options))
+    ]
+    things = [thing for number, thing in enumerate(sentence.things) if f"T{number}" in text.split()]
+    if chosen and len(chosen) == len(things):
+        return _chosen(tuple(dict.fromkeys(chosen)))
+    if not things and sentence.spots:
+        at_place = [option for option in options if option.location == sentence.spots[-1].place]
+        return _chosen((at_place[0],)) if len(at_place) == 1 else None
+    if len(things) == 1 and things[0].head != "noun" and not _LEADING_NO.match(text) and not things[0].other:
+        kinds = {option.type for option in options}
+        if len(kinds) == 1:
+            return _chosen((replace(things[0].spec, type=kinds.pop()),))
+    return None
+
+
+def _pick(
+    thing: Thing, number: int, text: str, sentence: Sentence, options: tuple[ObjectSpec, ...]
+) -> ObjectSpec | None:
+    """The only option that fits what was said."""
+    if re.search(rf"\b(?:not|no) T{number}\b", text) and not text.startswith("no T"):
+        return None
+    if thing.ordinal and len(options) > 1:
+        index = thing.ordinal - 1 if thing.ordinal > 0 else -1
+        return options[index] if index < len(options) else None
+    spec = thing.spec
+    located = re.search(rf"\bT{number} P(\d+)", text)
+    if located and sentence.spots[int(located[1])].role in {"at", "from"}:
+        spec = replace(spec, location=sentence.spots[int(located[1])].place)
+    fitting = [
+        option
+        for option in options
+        if is_described_by(replace(spec, location=""), option) and spec.location in {"", option.location}
+    ]
+    if thing.compared and not fitting:
+        sized = sorted(options, key=lambda option: ("small", "", "normal", "big").index(option.size))
+        fitting = [sized[-1] if spec.size == "big" else sized[0]]
+    if len(fitting) > 1 and thing.other:
+        return None
+    return fitting[0] if len(fitting) == 1 else None
+
+
+def _place_answer(text: str, sentence: Sentence, question: Question) -> Interpretation | None:
+    places = [spot.place for number, spot in enumerate(sentence.spots) if f"P{number}" in text.split()]
+    if len(places) == 1 and not any(f"T{number}" in text.split() for number in range(len(sentence.things))):
+        return Interpretation(
+            intent="change_location", destination=places[0], confidence=0.9, reason="names the place asked for"
+        )
+    if places or sentence.things:
+        return None
+    if NO.match(text):
+        return Interpretation(intent="deny", confidence=0.9, reason="says no to the question")
+    if (YES.match(text) and len(question.places) == 1) or (_ANY.search(text) and question.places):
+        return Interpretation(
+            intent="change_location", destination=question.places[0], confidence=0.9, reason="agrees to the place"
+        )
+    ordinal = _ORDINAL.match(text)
+    if ordinal and len(question.places) > 1:
+        return Interpretation(
+            intent="change_location",
+            destination=question.places[_ORDINALS[ordinal["n"]]],
+            confidence=0.9,
+            reason="chooses a place",
+        )
+    return None
+
+
+def _agreed(question: Question) -> Interpretation:
+    if question.kind == "breakfast":
+        return Interpretation(intent="setting_breakfast", confidence=0.9, reason="agrees to breakfast")
+    if question.kind == "stop":
+        return Interpretation(intent="stop", confidence=0.9, reason="agrees to stop")
+    if question.kind == "go_on":
+        return Interpretation(intent="carry_on", confidence=0.9, reason="agrees to go on")
+    if len(question.options) == 1:
+        return _chosen(question.options)
+    return Interpretation(intent="affirm", confidence=0.7, reason="says yes, but not to what")
+
+
+def _chosen(options: tuple[ObjectSpec, ...]) -> Interpretation:
+    return Interpretation(
+        intent="bring_me", add=options, definite=(True,) * len(options), confidence=0.92, reason="answers the question"
+    )
+
+
+__all__ = ["Question", "read_answer", "read_question", "resolve"]

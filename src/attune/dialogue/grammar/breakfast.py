@@ -1,0 +1,62 @@
+"""Finds requests to prepare breakfast, as opposed to talk about breakfast."""
+
+import re
+
+_MEAL = r"(?:breakfast|brekkie|brekky|breakky|break fast|morning meal)"
+_TABLE = r"(?:the |our |my )?(?:breakfast |dining |kitchen )?table"
+_PREPARE = re.compile(
+    rf"\b(?:make|making|prepare|preparing|prep|get|getting|set|setting|lay|laying|fix|fixing|serve|serving|start|starting|do|doing|arrange|arranging|"
+    r"organi[sz]e|ready|cook|cooking|have|having|put|putting|help|bring|bringing|fetch|begin|whip up|rustle up|assemble|eat|eating|like|want|need|love|fancy|"
+    r"time|about|go|deal|handle|take care|sort|create|provide|deliver|could use|gather|collect|could do with|kick off|see to|give|proceed|wish|order|request|craving|crave|feel like|prefer|hungry|starving|happen|it is|set up|say|said)\b"
+)
+_SET_TABLE = re.compile(
+    rf"\b(?:set(?:ting)?(?: up)?|lay(?:ing)?(?: out)?|prepare|preparing|dress|arrange|get(?:ting)?|ready|make|do) {_TABLE}(?: (?:ready|up|set|laid|for {_MEAL}|for (?:me|us|two|one|three|four)))*\b"
+)
+_OTHER_MEAL = re.compile(r"\b(?:dinner|lunch|supper|tea|brunch|tennis|games?|cards|poker)\b")
+_TALK = re.compile(
+    rf"^(?:what|where|when|who|did|does|have you|has|was|were|is|how (?!about)|why (?!do not|will)|do (?:you|we) (?:like|eat|have|usually)|are (?:you|we)(?! (?:able|going))|which)\b|"
+    rf"\b(?:had|ate|eaten|skipped|made|missed|was|after|before|during|since|until|late for|at|their|his|her|for tomorrow|used to|would make|makes|loves?|likes|enjoys?|always|usually|never|"
+    rf"served|yesterday|already|last|hate|about to have|is important|in bed|television|tv|news|show|club|room|hotel|tomorrow|later|finished|finish|over)\b"
+)
+_ALONE = re.compile(
+    rf"^(?:(?:please|robot|now|okay|yes|{_MEAL}|time|the|for|it is|me|us|my|our|good|morning|thanks|thank you|hey|hello|ready|i am|am|we are|and|then|so|,|\.|!|\?|would be (?:nice|great|lovely|good)) ?)+$"
+)
+_NOT_NOW = re.compile(rf"\b(?:no|not|do not|without|cancel|forget|stop|skip) (?:\w+ ){{0,4}}?{_MEAL}")
+
+
+def wants_breakfast(plain: str, has_things: bool) -> bool:
+    """Whether an utterance asks to set the table for breakfast.
+
+    Args:
+        plain: The normalised words with their breaks.
+        has_things: Objects are named too: then "for breakfast" is only a purpose.
+    """
+    for sentence in re.split(r" [.?](?: |$)", plain):
+        clause = sentence.strip(" ,")
+        meal = re.search(rf"\b{_MEAL}\b", clause)
+        table = _SET_TABLE.search(clause)
+        if not meal and (not table or _OTHER_MEAL.search(clause)):
+            continue
+        if _NOT_NOW.search(clause):
+            continue
+        if (
+            table
+            and (meal or not has_things)
+            and not re.match(r"(?:i|we|he|she|they|who|did|have|has|my \w+) (?!want|need|would|was|am|wonder)", clause)
+        ):
+            return True
+        if has_things and re.search(rf"\bfor (?:my |the |our |a )?(?:\w+ )?{_MEAL}", clause):
+            continue
+        if not meal or _TALK.search(_without_politeness(clause)):
+            continue
+        if _ALONE.match(clause) or _PREPARE.search(clause):
+            return True
+    return False
+
+
+def _without_politeness(clause: str) -> str:
+    return re.sub(
+        r"\b(?:i was (?:just )?(?:wondering|hoping|thinking)|was (?:wondering|hoping)|before you go|already (?:late|hungry)|at once|have not eaten|have not had|not had|not eaten|time already)\b",
+        " ",
+        clause,
+    ).strip()

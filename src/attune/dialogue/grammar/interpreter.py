@@ -1,0 +1,247 @@
+"""The embedded interpreter: a semantic parser for the kitchen. No network, no model, a few milliseconds."""
+
+import re
+from collections import OrderedDict
+from dataclasses import replace
+
+from attune.core.messages import ObjectSpec
+from attune.dialogue.context import Context
+from attune.dialogue.grammar import frames
+from attune.dialogue.grammar.addressee import is_for_someone_else
+from attune.dialogue.grammar.answers import read_answer, read_question
+from attune.dialogue.grammar.breakfast import wants_breakfast
+from attune.dialogue.grammar.clauses import ClauseCutter, Sentence, skeleton
+from attune.dialogue.grammar.corrections import settle
+from attune.dialogue.grammar.phrases import PhraseReader
+from attune.dialogue.grammar.references import object_spoken_of
+from attune.dialogue.grammar.remarks import remark, status_question
+from attune.dialogue.grammar.requests import RequestReader, Wanted, same_request
+from attune.dialogue.grammar.stopping import find_stop, without_denied_stops
+from attune.dialogue.grammar.tokens import Token, tokenize
+from attune.dialogue.interpreter import Interpretation
+from attune.dialogue.lexicon import Lexicon, load_lexicon
+
+_KEPT_LEXICONS = 32
+_INSTRUCTIONS = frozenset({"bring_me", "replace_object", "change_location", "setting_breakfast"})
+_DANGLING = frozenset(
+    "the a an my your our to from on in of with and or some that this please bring get fetch put take give hand pass could can "
+    "would you want need like i for at into onto its their his her".split()
+)
+
+
+class GrammarInterpreter:
+    """Understands kitchen talk by its own grammar.
+
+    Args:
+        lexicon: The words it knows; each context's scene adds its own.
+    """
+
+    def __init__(self, lexicon: Lexicon | None = None) -> None:
+        self._lexicon = lexicon or load_lexicon()
+        self._cutter = ClauseCutter(self._lexicon)
+        self._extended: OrderedDict[tuple[ObjectSpec, ...], tuple[Lexicon, PhraseReader]] = OrderedDict()
+
+    async def interpret(self, text: str, context: Context) -> Interpretation:
+        """What `text` means in this situation."""
+        return self.read(text, context)
+
+    def read(self, text: str, context: Context = Context()) -> Interpretation:
+        """As `interpret`, without waiting."""
+        lexicon, reader = self._words_of(context)
+        tokens = tokenize(text)
+        if not any(token.text[0].isalnum() for token in tokens):
+            return Interpretation(intent="backchannel", confidence=0.9, reason="no words")
+        if is_for_someone_else(tokens, lexicon):
+            return Interpretation(intent="talk", confidence=0.85, reason="somebody else is called")
+        tokens = _without_names_of_robot(tokens, lexicon)
+        sentence = skeleton(reader.items(tokens))
+        plain = " ".join(token.text for token in tokens)
+        said = _spoken_of(context, reader)
+        stopless, denied = without_denied_stops(sentence.skeleton)
+        stop = find_stop(stopless)
+        if stop is None:
+            meaning = self._meaning(plain, stopless, sentence, context, lexicon, reader, said)
+            if denied and meaning.intent not in _INSTRUCTIONS:
+                return Interpretation(intent="dont_stop", confidence=0.9, reason="asks not to stop")
+            return meaning
+        start, end, words = stop
+        after = stopless[end:].strip(" ,.?")
+        meaning = (
+            self._meaning(after, after, sentence, context, lexicon, reader, said, fragment=True) if after else None
+        )
+        if meaning and (meaning.intent in _INSTRUCTIONS or meaning.intent in {"carry_on", "put_back"}):
+            if meaning.intent in {"bring_me", "replace_object", "change_location"} and meaning.confidence < 0.5:
+                return Interpretation(intent="stop", confidence=0.9, reason=f"says {words!r}")
+            return replace(meaning, reason=f"{words!r}, then {meaning.reason}")
+        return Interpretation(intent="stop", confidence=0.95, reason=f"says {words!r}")
+
+    def _meaning(
+        self, plain: str, text: str, sentence: Sentence, context: Context, lexicon: Lexicon, reader: PhraseReader,
+        said: tuple[ObjectSpec, ...], fragment: bool = False,
+    ) -> Interpretation:  # fmt: skip
+        if context.pending_question:
+            question = read_question(context.pending_question, context, reader)
+            answer = read_answer(text, sentence, question, context)
+            if answer is not None:
+                return answer
+        noted = remark(plain if not fragment else text, text)
+        if noted is not None:
+            return noted
+        has_things = re.search(r"\bT\d+\b", text) is not None
+        wanted = self._wanted(text, sentence, context, lexicon, said)
+        if wants_breakfast(self._plain_of(text, sentence) if fragment else plain, bool(wanted.add)):
+            return Interpretation(intent="setting_breakfast", confidence=0.92, reason="asks for breakfast")
+        result = _decide(wanted, text, context, said)
+        if result is not None:
+            return result
+        return self._no_request(plain, text, wanted, has_things)
+
+    def _wanted(
+        self, text: str, sentence: Sentence, context: Context, lexicon: Lexicon, said: tuple[ObjectSpec, ...]
+    ) -> Wanted:
+        settled, text, _ = settle(sentence, text)
+        return RequestReader(settled, context, lexicon, said).read(self._cutter.cut(text))
+
+    @staticmethod
+    def _plain_of(text: str, sentence: Sentence) -> str:
+        return re.sub(r"\bP(\d+)\b", lambda m: f"the {sentence.spots[int(m[1])].place}", text)
+
+    @staticmethod
+    def _no_request(plain: str, text: str, wanted: Wanted, has_things: bool) -> Interpretation:
+        words = plain.strip(" .,?").split()
+        if words and words[-1] in _DANGLING and len(words) <= 12:
+            return Interpretation(intent="fragment", confidence=0.7, reason="breaks off before it says what")
+        if wanted.unknown and (wanted.asked or wanted.framed):
+            return Interpretation(
+                intent="unknown_object", unknown=wanted.unknown, confidence=0.7, reason="asks for something unknown"
+            )
+        status = status_question(plain)
+        if status is not None:
+            return status
+        if wanted.unresolved:
+            return Interpretation(intent="unclear", confidence=0.5, reason="points at something that was not named")
+        if wanted.pronoun and wanted.asked:
+            return Interpretation(intent="unclear", confidence=0.4, reason="it is not clear what is meant by it")
+        if frames.QUESTION.match(text):
+            return Interpretation(intent="question", confidence=0.6, reason="a question, no request")
+        if re.match(r"(?:please |robot |hey |, )*(?:can|could|would|will) you\b", plain):
+            return Interpretation(
+                intent="unknown_action", confidence=0.6, reason="asks for something the robot cannot do"
+            )
+        if re.search(r"\bP\d+\b", text) and not has_things and len(words) <= 5:
+            return Interpretation(intent="fragment", confidence=0.5, reason="a place, and nothing to do there")
+        return Interpretation(intent="talk", confidence=0.6, reason="no request to the robot in it")
+
+    def _words_of(self, context: Context) -> tuple[Lexicon, PhraseReader]:
+        key = context.scene
+        if key not in self._extended:
+            lexicon = self._lexicon.extended(key) if key else self._lexicon
+            self._extended[key] = (lexicon, PhraseReader(lexicon))
+            if len(self._extended) > _KEPT_LEXICONS:
+                self._extended.popitem(last=False)
+        self._extended.move_to_end(key)
+        return self._extended[key]
+
+
+def _decide(wanted: Wanted, text: str, context: Context, said: tuple[ObjectSpec, ...]) -> Interpretation | None:
+    """The command that is wanted, or None."""
+    additive = frames.ADDITIVE.search(text) is not None and not re.search(r"\binstead\b", text)
+    add, remove = tuple(wanted.add), tuple(dict.fromkeys(wanted.remove))
+    confidence = 0.95 if wanted.framed else 0.9 if wanted.asked else 0.75
+    if wanted.destination and not remove and (not add or _is_moving(wanted, context, additive)):
+        if wanted.moves or wanted.pronoun or context.busy:
+            return Interpretation(
+                intent="change_location",
+                destination=wanted.destination,
+                confidence=confidence,
+                reason="names another place",
+            )
+    if add and remove:
+        remove = tuple(spec for spec in remove if spec not in add) or remove
+        return _replacing(wanted, add, remove, confidence, "wants one thing instead of another")
+    if remove and not add:
+        back = re.search(r"\bT\d+ (?:back|away)\b|\breturn T\d+|\b(?:put|take|bring|carry) (?:back|away) T\d+", text)
+        if back:
+            return Interpretation(intent="put_back", remove=remove, confidence=0.85, reason="wants something put back")
+        return Interpretation(
+            intent="cancel_object", remove=remove, confidence=0.85, reason="does not want something any more"
+        )
+    if not add:
+        return None
+    if not additive:
+        instead = re.search(r"\binstead\b", text) is not None
+        corrects = instead or wanted.contrast or (context.busy and _corrects(wanted, text))
+        if corrects:
+            spoken_of = object_spoken_of(context, add[0], said)
+            old = (spoken_of,) if spoken_of is not None and spoken_of != add[0] else ()
+            if old or instead or wanted.contrast:
+                return _replacing(wanted, add, old, confidence, "corrects what was wanted")
+    return Interpretation(
+        intent="bring_me", add=add, definite=tuple(wanted.definite), destination=wanted.destination,
+        unknown=wanted.unknown, confidence=confidence, reason="asks for objects",
+    )  # fmt: skip
+
+
+def _corrects(wanted: Wanted, text: str) -> bool:
+    if frames.CORRECTION.search(text) or wanted.indirect:
+        return True
+    return re.fullmatch(
+        r"(?:please |, |robot |oh )*(?:i (?:want|would like|need|would prefer) )?T\d+(?: please| ,| \.|!| \?)*", text
+    ) is not None and (len(wanted.add) == 1 and wanted.definite[:1] == [True] and not wanted.asked and wanted.indirect)
+
+
+def _is_moving(wanted: Wanted, context: Context, additive: bool) -> bool:
+    """Whether the objects named with a place are those the robot is about already."""
+    if additive or not wanted.asked or not context.busy:
+        return False
+    about = context.recent
+    return all(definite for definite in wanted.definite) and all(
+        not spec.location and same_request(spec, about) for spec in wanted.add
+    )
+
+
+def _replacing(
+    wanted: Wanted, add: tuple[ObjectSpec, ...], remove: tuple[ObjectSpec, ...], confidence: float, reason: str
+) -> Interpretation:
+    return Interpretation(
+        intent="replace_object", add=add, remove=remove, destination=wanted.destination, definite=tuple(wanted.definite),
+        confidence=confidence, reason=reason,
+    )  # fmt: skip
+
+
+def _spoken_of(context: Context, reader: PhraseReader) -> tuple[ObjectSpec, ...]:
+    text = context.pending_question or context.last_robot_utterance
+    if not text:
+        return ()
+    sentence = skeleton(reader.items(tokenize(text)))
+    return tuple(thing.spec for thing in sentence.things if thing.head == "noun")
+
+
+def _without_names_of_robot(tokens: list[Token], lexicon: Lexicon) -> list[Token]:
+    """Leave out what the robot is called at the beginning or the end ("robot, ...", "..., mate")."""
+    words = [token.text for token in tokens]
+    kept = list(tokens)
+    for length in (3, 2, 1):
+        for start in (0, 1):
+            if " ".join(words[start : start + length]) in lexicon.robot and (
+                start == 0 or words[0] in {"hey", "hello", "hi", "dear", "okay", "please", "oh", "yes", "no", "so"}
+            ):
+                rest = kept[start + length :]
+                if rest and not (
+                    length == 1
+                    and words[start] in {"love", "man", "machine", "dear", "friend"}
+                    and rest[0].text not in {",", "."}
+                ):
+                    return kept[:start] + (rest[1:] if rest[0].text == "," else rest)
+    end = len(words)
+    while end and words[end - 1] in {".", "?"}:
+        end -= 1
+    for length in (3, 2, 1):
+        if (
+            end > length
+            and " ".join(words[end - length : end]) in lexicon.robot
+            and (words[end - length - 1] == "," or words[end - 1] in {"robot", "mate", "buddy"})
+        ):
+            start = end - length - (words[end - length - 1] == ",")
+            return kept[:start] + kept[end:]
+    return kept

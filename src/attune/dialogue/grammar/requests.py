@@ -1,0 +1,437 @@
+"""From clauses to what is wanted: which objects to bring, which to drop, and where to put them."""
+
+import re
+from collections.abc import Sequence
+from dataclasses import dataclass, field, replace
+
+from attune.core.messages import ObjectSpec
+from attune.dialogue.context import Context
+from attune.dialogue.grammar import frames
+from attune.dialogue.grammar.clauses import Clause, Sentence
+from attune.dialogue.grammar.corrections import MARKER
+from attune.dialogue.grammar.items import Spot, Thing, described
+from attune.dialogue.grammar.references import fits, object_spoken_of, resolve
+from attune.dialogue.lexicon import Lexicon
+
+_NEGATIVE = re.compile(
+    r"(?:instead of|rather than|in place of|in lieu of|as (?:a |the )?(?:replacement|substitute|alternative) (?:for|to)|other than|"
+    r"no longer (?:want|need|require)|(?:do|does|did|would|will|must|should|need) not (?:\w+ )??(?:want|need|like|bring|fetch|"
+    r"get|take|have|mean|ask for|give|care for|fancy|say|order|feel like|serve|deliver|prefer|hand|pass|grab)"
+    r"(?: me| us| to have| you to bring| you to bring me| to eat| to use| to drink from)*|\bnot|\bno need for|\bnor|wrong|"
+    r"\b(?:put|take|bring|carry) (?:away|back)|except(?: for)?|sick of|enough of|\bwithout|\bskip|\bless|against using|"
+    r"have not asked for|never asked for|never wanted|never said|not asked for|changed my mind (?:about|on|regarding)|"
+    r"(?:am|are|was|were|be) not (?:after|looking for)|no more)$"
+)
+_NO = re.compile(r"\bno$")
+_PREFERRED_OVER = re.compile(r"\b(?:prefer|rather|better|sooner|more)\b.*\b(?:than|over|to)$")
+_BACK = re.compile(r"^(?: P\d+)? (?:back|away|off the list|is wrong|is not what|was wrong|was a mistake|any ?more)\b")
+_SWAP_PAIR = re.compile(
+    rf"^(?:(?:over )?from )?(?P<old>T\d+|{frames.PRONOUN}|P\d+)(?: (?:please|back|out|,))* "
+    r"(?:for|with|against|by|to|into|and|in for|over to)(?: (?:please|just|,))* (?P<new>T\d+)"
+)
+_ONLY_CHANGE = re.compile(
+    rf"\b(?:want|need|like|rather|prefer|have|love|put)\b.*?\b(?:have )?{frames.PRONOUN}(?: \w+)? P\d+"
+)
+_TRAVEL = re.compile(r"\b(?:go|look|check|open|head|walk|drive|search|run|peek|see|have|move|come|hop|pop|roll|over)\b")
+_LOCATED = re.compile(r"T(\d+)(?: (?:is|are|should be|must be|might be|stands?|sits?|lies|can be found|'s|will be|somewhere|kept|still|"
+                      r"i think|left|over|there|right|just|now|probably|which|that|in there|inside|,))*$")  # fmt: skip
+_PRONOUN_OBJECT = re.compile(rf"^(?:(?:me|us|over|back|down|,|please|just|then) )*{frames.PRONOUN}\b")
+_NEGATIVE_SPOT = re.compile(r"(?:instead of|rather than|in place of|\bnot|\bthan|\bno)$")
+FILLER = frozenset(
+    "please thanks thank you and also too as well now then okay ok robot for me us if possible would could can no sorry "
+    "wait actually i mean meant instead of rather than not but oh yes again maybe perhaps some more just only here over to "
+    "hey hello hi right there good morning evening afternoon well make it that a an the or quickly , . ? plus additionally "
+    "was asked asking said wanted had one quick fast asap kindly nope rather will do like my be so dear love mate buddy pal "
+    "do is change plan plans of mind on second thought thoughts better wrong ah aha this way from with at once immediately "
+    "straight away soon second thoughts changed have correction oops stop hold hang sir madam yet another time next first "
+    "after all in addition coming up prefer today very much ready moment when minute in case any chance go ahead bring".split()
+)
+
+
+@dataclass(slots=True)
+class Wanted:
+    """What one utterance asks for, while it is read."""
+
+    add: list[ObjectSpec] = field(default_factory=list)
+    definite: list[bool] = field(default_factory=list)
+    remove: list[ObjectSpec] = field(default_factory=list)
+    destination: str = ""
+    moves: bool = False
+    put_back: bool = False
+    contrast: bool = False
+    unresolved: bool = False
+    indirect: bool = False
+    pronoun: bool = False
+    asked: bool = False
+    framed: bool = False
+    unknown: str = ""
+    unknown_place: str = ""
+    topics: list[ObjectSpec] = field(default_factory=list)
+
+
+class RequestReader:
+    """Reads the clauses of one utterance. Make a new one for each utterance."""
+
+    def __init__(self, sentence: Sentence, context: Context, lexicon: Lexicon, said: Sequence[ObjectSpec]) -> None:
+        self._things = list(sentence.things)
+        self._spots = sentence.spots
+        self._context = context
+        self._lexicon = lexicon
+        self._said = said
+        self._wanted = Wanted()
+        self._place_to_look = ""
+        self._nouns: list[ObjectSpec] = []
+
+    def read(self, clauses: Sequence[Clause]) -> Wanted:
+        """All clauses together."""
+        self._negative = self._polarities(clauses)
+        asks = any(clause.kind in {"fetch", "put", "wish", "swap"} for clause in clauses)
+        previous: Clause | None = None
+        for clause in clauses:
+            if previous is not None and self._takes_back(previous, clause):
+                self._wanted.add.clear()
+                self._wanted.definite.clear()
+            self._clause(clause, asks)
+            previous = clause
+        self._finish()
+        return self._wanted
+
+    def _clause(self, clause: Clause, asks: bool) -> None:
+        wanted = self._wanted
+        if clause.kind == "swap" and self._swap(clause):
+            return
+        kind = clause.kind
+        if kind == "drop":
+            kind = self._drop(clause)
+            if kind == "drop":
+                return
+        if kind == "plain" or kind == "swap":
+            if kind == "plain" and self._is_bare(clause.text, asks):
+                self._objects(clause, "plain")
+            else:
+                self._statement(clause)
+            return
+        if kind == "lack" and asks:
+            self._statement(clause)
+            return
+        if frames.PAST.search(clause.body) and not clause.framed and kind != "wish":
+            self._statement(clause)
+            return
+        wanted.framed = wanted.framed or clause.framed
+        if kind in {"fetch", "put"}:
+            wanted.asked = True
+        self._objects(clause, "put" if kind == "put" else "fetch" if kind == "fetch" else "wish")
+
+    def _drop(self, clause: Clause) -> str:
+        """`leave T0` drops it, `leave T0 P0` and `drop T0 P0` put it."""
+        positive_spots = [n for n in clause.spots() if self._spots[n].role in {"at", "to"}]
+        if positive_spots and clause.verb in {"leave", "drop", "lose"}:
+            return "put"
+        if clause.verb == "return" and not positive_spots:
+            self._wanted.put_back = True
+        if re.match(rf"(?:{frames.PRONOUN})\b", clause.body):
+            self._wanted.contrast = True
+        found = False
+        for number in clause.things():
+            positive = f"T{number}" in re.split(r"\b(?:and|but)\b (?=i |we |can |could )", clause.body)[0]
+            if positive and number in self._negative:
+                self._remove(number)
+                found = True
+            elif number not in self._negative:
+                self._add(number, clause)
+        if not found and not self._wanted.contrast:
+            self._statement(clause)
+        return "drop"
+
+    def _swap(self, clause: Clause) -> bool:
+        pair = _SWAP_PAIR.match(clause.body)
+        if pair is None or pair["old"].startswith("P"):
+            return False
+        old, new = pair["old"], pair["new"]
+        if clause.verb == "substitute" and " for " in pair[0] and old.startswith("T"):
+            old, new = new, old
+        wanted = self._wanted
+        wanted.contrast = wanted.asked = True
+        if old.startswith("T"):
+            self._negative.add(int(old[1:]))
+            if self._things[int(old[1:])].head != "noun" and self._things[int(new[1:])].head == "noun":
+                self._nouns.append(self._things[int(new[1:])].spec)
+            self._remove(int(old[1:]))
+        self._negative.discard(int(new[1:]))
+        self._add(int(new[1:]), clause)
+        rest = clause.body[pair.end() :]
+        self._places(rest, "put", clause)
+        return True
+
+    def _is_bare(self, text: str, asks: bool) -> bool:
+        """Whether a clause has only things, places and words that say nothing more."""
+        if not re.search(r"\b[TP]\d+\b", text):
+            return False
+        if frames.PRAISE.search(text) or frames.NEEDED.search(text):
+            return True
+        if _ONLY_CHANGE.search(text) and not frames.QUESTION.match(text):
+            self._wanted.moves = True
+            return True
+        cut = re.split(r"\b(?:for (?:my|the|our|a) (?!T\d)\w+|so (?:that )?i can .*|to (?:go|eat|drink|have) .*)", text)
+        words = re.sub(r"\b[TP]\d+\b", " ", " ".join(cut)).split()
+        residual = [word for word in words if word not in FILLER]
+        if frames.QUESTION.match(text) and not re.match(r"(?:what|how) about", text):
+            return False
+        if re.match(r"(?:it|that|this|there|here|these|those|they) (?:is|was|are|were|will)\b", text) and not re.search(
+            r"\b(?:wrong|not)\b", text
+        ):
+            return False
+        return not residual
+
+    def _statement(self, clause: Clause) -> None:
+        """Something said about things: it only tells what pointing words may mean, and where to look."""
+        text = clause.text
+        specs: dict[int, ObjectSpec] = {}
+        travel = _TRAVEL.search(text) is not None and not frames.PAST.search(text)
+        for match in re.finditer(r"\b([TP])(\d+)\b", text):
+            number = int(match[2])
+            if match[1] == "T" and self._things[number].head == "noun":
+                specs[number] = self._things[number].spec
+            elif match[1] == "P" and self._spots[number].role in {"at", "from", ""}:
+                before = _LOCATED.search(text[: match.start()].rstrip())
+                if before and int(before[1]) in specs:
+                    number_of = int(before[1])
+                    specs[number_of] = replace(specs[number_of], location=self._spots[number].place)
+            if match[1] == "P" and travel:
+                self._place_to_look = self._spots[number].place
+        for number, spec in specs.items():
+            if travel and self._place_to_look and not spec.location:
+                specs[number] = replace(spec, location=self._place_to_look)
+        pointing = re.match(r"(?:it|they|that|those) (?:is|are|should be|must be|will be)\b.* P(\d+)", text)
+        if pointing and self._wanted.add and not self._wanted.add[-1].location:
+            place = self._spots[int(pointing[1])].place
+            self._wanted.add = [replace(spec, location=spec.location or place) for spec in self._wanted.add]
+        self._wanted.topics += specs.values()
+        self._nouns += specs.values()
+
+    def _objects(self, clause: Clause, kind: str) -> None:
+        """A clause that asks: its things are wanted, its places say where from and where to."""
+        body = _without_purpose(clause.body if clause.kind != "plain" else clause.text)
+        lead_things = [n for n in re.findall(r"\bT(\d+)", clause.lead)]
+        for number in lead_things:
+            self._nouns.append(self._things[int(number)].spec)
+        numbers = [int(n) for n in re.findall(r"\bT(\d+)", body)]
+        positive = [n for n in numbers if n not in self._negative]
+        for number in numbers:
+            if number in self._negative:
+                if not self._excluded(body, number):
+                    self._remove(number)
+        later = [
+            self._things[n].spec for n in positive if self._things[n].head == "noun" and not self._things[n].unknown
+        ]
+        added: list[int] = []
+        for index, number in enumerate(positive):
+            thing = self._things[number]
+            if thing.unknown:
+                self._wanted.unknown = thing.spec.type
+                continue
+            if thing.head != "noun" and not self._nouns and later and index < len(positive) - 1:
+                self._nouns.append(later[0])  # "the red and the blue cup"
+            if self._add(number, clause):
+                added.append(len(self._wanted.add) - 1)
+        if not numbers and kind in {"fetch", "put"}:
+            self._pronoun(clause, body)
+        self._places(body, kind, clause)
+        if not numbers and not self._wanted.pronoun and kind in {"fetch", "put"}:
+            rest = re.sub(r"\b[TP]\d+\b", " ", body)
+            unknown = [
+                w
+                for w in rest.split()
+                if w not in FILLER and w not in {"me", "us", "the", "a", "my", "some", "back", "down", "away"}
+            ]
+            self._wanted.unknown = self._wanted.unknown or " ".join(unknown[:3])
+
+    def _pronoun(self, clause: Clause, body: str) -> None:
+        if not _PRONOUN_OBJECT.match(body):
+            return
+        self._wanted.pronoun = True
+        if re.match(rf"(?:{frames.PRONOUN} )?(?:back|away)\b", body) or re.match(
+            rf"(?:back|away) {frames.PRONOUN}", body
+        ):
+            self._wanted.put_back = True
+            return
+        if self._wanted.add:
+            return  # "get a cup and put it on the table"
+        topics = [spec for spec in self._wanted.topics]
+        if topics:
+            self._wanted.add.append(topics[-1])
+            self._wanted.definite.append(True)
+
+    def _places(self, body: str, kind: str, clause: Clause) -> None:
+        wanted = self._wanted
+        numbers = [int(n) for n in re.findall(r"\bT(\d+)", body) if int(n) not in self._negative]
+        first = len(wanted.add) - sum(self._things[n].count for n in numbers if not self._things[n].unknown)
+        seen = 0
+        for match in re.finditer(r"\b([TP])(\d+)\b", body):
+            number = int(match[2])
+            if match[1] == "T":
+                seen += (
+                    self._things[number].count
+                    if number not in self._negative and not self._things[number].unknown
+                    else 0
+                )
+                continue
+            spot = self._spots[number]
+            if _NEGATIVE_SPOT.search(body[: match.start()].rstrip()):
+                wanted.moves = wanted.moves or bool(wanted.destination) or not numbers
+                continue
+            if self._is_destination(spot, kind, body[: match.start()], numbers, seen):
+                wanted.destination = spot.place
+                wanted.moves = wanted.moves or not numbers
+            elif seen and wanted.add:
+                self._locate(max(first, 0), max(first, 0) + seen, spot.place, body[: match.start()])
+            else:
+                self._place_to_look = spot.place
+        if self._place_to_look and numbers and wanted.add:
+            self._locate(max(first, 0), len(wanted.add), self._place_to_look, "")
+            self._place_to_look = ""
+
+    def _is_destination(self, spot: Spot, kind: str, before: str, numbers: Sequence[int], seen: int) -> bool:
+        if spot.role == "to":
+            return True
+        if spot.role == "from":
+            return False
+        if not numbers or kind == "put":
+            return not (kind == "put" and numbers and not seen)
+        if spot.role == "":
+            return True
+        last = int(re.findall(r"\bT(\d+)", before)[-1]) if seen else numbers[0]
+        if self._things[last].spec.location or (re.search(r"\bP\d+", before) and seen):
+            return True
+        indefinite = not self._things[last].definite
+        return kind in {"wish", "plain"} and indefinite and spot.place in {"table", "countertop"}
+
+    def _locate(self, first: int, end: int, place: str, before: str) -> None:
+        """Give a place to the thing before it, and to those it is listed with without a pause."""
+        separate = re.search(r"(?:, and|\bP\d+ (?:and|,)|,) T\d+(?: \w+)?$", before.rstrip()) is not None
+        start = end - 1 if separate else first
+        for index in range(max(start, 0), min(end, len(self._wanted.add))):
+            spec = self._wanted.add[index]
+            self._wanted.add[index] = replace(spec, location=spec.location or place)
+
+    def _add(self, number: int, clause: Clause) -> bool:
+        thing = self._things[number]
+        spec = thing.spec if thing.head == "noun" else self._resolved(thing)
+        if spec is None:
+            self._wanted.unresolved = True
+            return False
+        if thing.head == "noun" and (thing.other or thing.compared):
+            spec = resolve(replace(thing, head="one"), self._narrowed(spec), (), self._said) or spec
+        self._nouns.append(spec)
+        self._wanted.indirect = self._wanted.indirect or thing.compared or (thing.other and clause.kind in {"plain"})
+        self._wanted.add += [spec] * thing.count
+        self._wanted.definite += [thing.definite] * thing.count
+        return True
+
+    def _narrowed(self, spec: ObjectSpec) -> Context:
+        """The context, seen by someone who speaks of this type."""
+        recent = [has for has in self._context.recent if has.type == spec.type]
+        return replace(self._context, task=None, carrying=recent[0] if recent else described(spec.type), delivered=())
+
+    def _resolved(self, thing: Thing) -> ObjectSpec | None:
+        if self._nouns and not thing.other and not thing.compared:
+            source = self._nouns[-1]
+            topic = self._wanted.topics and source in self._wanted.topics
+            location = thing.spec.location or (source.location if topic else "")
+            return replace(thing.spec, type=source.type, location=location)
+        if self._nouns:
+            return resolve(thing, self._context, self._nouns, self._said)
+        return resolve(thing, self._context, (), self._said)
+
+    def _remove(self, number: int) -> None:
+        thing = self._things[number]
+        if thing.head == "noun":
+            spec: ObjectSpec | None = thing.spec
+        else:
+            nouns = self._nouns or [
+                t.spec for n, t in enumerate(self._things) if t.head == "noun" and n not in self._negative
+            ]
+            has_properties = thing.spec.color or thing.spec.size
+            if nouns and has_properties:
+                spec = replace(thing.spec, type=nouns[0].type)
+            else:
+                spec = object_spoken_of(self._context)
+        if spec is not None:
+            self._wanted.remove.append(replace(spec, location=thing.spec.location if thing.head == "noun" else ""))
+            if thing.head == "noun":
+                self._nouns.append(thing.spec)
+        self._wanted.contrast = True
+
+    @staticmethod
+    def _excluded(body: str, number: int) -> bool:
+        """`but not the red one`, `not too big`: narrows what is wanted, replaces nothing."""
+        return re.search(rf"\bbut not T{number}\b", body) is not None
+
+    def _polarities(self, clauses: Sequence[Clause]) -> set[int]:
+        negative: set[int] = set()
+        total = sum(len(clause.things()) for clause in clauses)
+        for clause in clauses:
+            text = clause.text
+            last_negative = False
+            for match in re.finditer(r"\bT(\d+)\b", text):
+                number = int(match[1])
+                before, after = text[: match.start()].rstrip(), text[match.end() :]
+                listed = (
+                    last_negative
+                    and re.search(r"T\d+ (?:and|or|nor|,)$", before) is not None
+                    and total > len(negative) + 1
+                    and (not re.search(r",$", before))
+                )
+                last_negative = (
+                    listed
+                    or _NEGATIVE.search(before) is not None
+                    or (_NO.search(before) is not None and not self._things[number].article and total > 1)
+                    or _PREFERRED_OVER.search(before) is not None
+                    or (_BACK.match(after) is not None and clause.kind in {"fetch", "put", "drop", "plain"})
+                    or (
+                        clause.kind == "drop" and not clause.body[:2].isspace() and clause.body.startswith(f"T{number}")
+                    )
+                )
+                if last_negative:
+                    negative.add(number)
+        return negative
+
+    def _takes_back(self, previous: Clause, clause: Clause) -> bool:
+        """Whether this clause corrects the one before it: "bring me a cup, no, I'd like a bowl"."""
+        if clause.kind not in {"fetch", "wish", "put", "plain"} or not self._wanted.add or self._wanted.remove:
+            return False
+        if not [n for n in clause.things() if n not in self._negative and self._things[n].head == "noun"]:
+            return False
+        if frames.ADDITIVE.search(clause.text):
+            return False
+        joint = f"x {previous.text.split()[-6:] and ' '.join(previous.text.split()[-6:])} ."
+        return (
+            re.search(rf"[TP]\d+{MARKER}(?: [.,])*$", joint.rstrip(" .")) is not None
+            or re.match(rf"{MARKER}(?: \S+){{0,3}}?(?: T\d+)", " " + clause.text) is not None
+            and clause.kind == "plain"
+        )
+
+    def _finish(self) -> None:
+        wanted = self._wanted
+        if wanted.moves and wanted.add and not wanted.asked and not wanted.destination:
+            wanted.moves = False
+        if not wanted.add:
+            wanted.definite.clear()
+
+
+def _without_purpose(body: str) -> str:
+    """Cut off what it is for: "a bowl for my T1", "a knife to cut T1"."""
+    body = re.sub(r"(?<=[TP]\d)( please)? for (?:my |the |our |a )?T\d+", r"\1", body)
+    body = re.sub(r"\b(?:so that|so) (?:i|we) .*", "", body)
+    body = re.sub(r"\b(?:because|since|as) (?:i|my|we|the|our|it|T\d+) .*", "", body)
+    body = re.sub(
+        r"(?<=\d) to (?:cut|eat|drink|spread|put|pour|use|make|go|stir|mix|butter|serve|slice|hold|have|enjoy) .*",
+        "",
+        body,
+    )
+    return re.sub(r"\b(?:which|that) (?:i|we|you) .*?(?=,|\.|$)", "", body)
+
+
+def same_request(spec: ObjectSpec, objects: Sequence[ObjectSpec]) -> bool:
+    """Whether the robot is already about this object."""
+    return any(has.type == spec.type and fits(spec, has) for has in objects)
