@@ -18,13 +18,12 @@ from pydantic import BaseModel, ConfigDict, Field, PositiveFloat, TypeAdapter, f
 Form = Literal["cylinder", "box", "shell", "utensil"]
 """`shell` is open at the top and has a rim (bowl, plate); `utensil` is flat with a narrow handle along x."""
 GraspKind = Literal["side", "top", "rim"]
+"""`side`: the hand comes from the side; `top`: from above over the middle; `rim`: from above, one finger inside."""
 ObjectSize = Literal["small", "normal", "big"]
 Rgb = tuple[float, float, float]
 
 WIDEST_GRIP = 0.08
 """Thickest that the fingers can close on [m]."""
-FINGERTIP = 0.018
-"""Farthest that the fingertips reach beyond the tool frame, the point that a grasp is given for [m]."""
 
 COLORS: Mapping[str, Rgb] = MappingProxyType(
     {
@@ -50,28 +49,6 @@ _GRASPS_OF: Mapping[Form, tuple[GraspKind, ...]] = MappingProxyType(
 
 
 @dataclass(frozen=True, slots=True)
-class Grasp:
-    """A way to hold an object.
-
-    Attributes:
-        kind: `side`: the hand is level and comes from the side; `top`: it comes from above over the middle; `rim`: it
-            comes from above over the edge, one finger inside.
-        width: Thickness between the pads [m].
-        height: Of the tool frame above the object's origin [m].
-        across: The object's axis along which the fingers close; `any` for round things, where every direction of the
-            hand around the object's axis will do.
-        radius: Horizontal distance of the tool frame from the object's axis [m]; for `rim`, where the fingers close
-            along the radius.
-    """
-
-    kind: GraspKind
-    width: float
-    height: float
-    across: Literal["any", "x", "y"] = "any"
-    radius: float = 0.0
-
-
-@dataclass(frozen=True, slots=True)
 class Shape:
     """The shape of one object.
 
@@ -80,7 +57,7 @@ class Shape:
         mass: [kg].
         wall: Thickness of a shell's wall [m].
         handle: Width of a utensil's handle [m].
-        grasps: Ways to hold it, the best first.
+        grasps: How it may be held, the best first.
     """
 
     form: Form
@@ -88,7 +65,7 @@ class Shape:
     mass: float
     wall: float
     handle: float
-    grasps: tuple[Grasp, ...]
+    grasps: tuple[GraspKind, ...]
 
 
 class _Strict(BaseModel):
@@ -133,30 +110,20 @@ class ObjectType(_Strict):
         for name, size in self.sizes.items():
             if self.form in ("cylinder", "shell") and size.extent[0] != size.extent[1]:
                 raise ValueError(f"sizes.{name}.extent: a {self.form} is round, so x and y must be equal")
-            if not self.shape(name).grasps:
+            if self._thickness(size.extent) > WIDEST_GRIP:
                 raise ValueError(f"sizes.{name}.extent: too thick for the gripper, which holds {WIDEST_GRIP} m")
         return self
 
     def shape(self, size: ObjectSize) -> Shape:
         """The shape in one of its sizes."""
         dimensions = self.sizes[size]
-        grasps = [grasp for kind in self.grasps for grasp in self._ways(kind, dimensions.extent)]
-        fitting = tuple(grasp for grasp in grasps if grasp.width <= WIDEST_GRIP)
-        return Shape(self.form, dimensions.extent, dimensions.mass, self.wall, self.handle, fitting)
+        return Shape(self.form, dimensions.extent, dimensions.mass, self.wall, self.handle, self.grasps)
 
-    def _ways(self, kind: GraspKind, extent: tuple[float, float, float]) -> tuple[Grasp, ...]:
-        length, width, height = extent
-        # From above, the fingertips stay 2 mm over what the object stands on.
-        from_above = max(height - 0.02, FINGERTIP + 0.002)
-        if kind == "rim":
-            over_floor = max(height - 0.015, FINGERTIP + self.wall + 0.003)
-            return (Grasp("rim", self.wall, over_floor, radius=length / 2 - self.wall / 2),)
-        if self.form == "utensil":
-            return (Grasp("top", self.handle, from_above, "y"),)
-        at = from_above if kind == "top" else min(max(0.6 * height, 0.045), height - 0.012)
-        if self.form == "cylinder":
-            return (Grasp(kind, length, at),)
-        return Grasp(kind, width, at, "y"), Grasp(kind, length, at, "x")
+    def _thickness(self, extent: tuple[float, float, float]) -> float:
+        """What must fit between the fingers [m]."""
+        if self.form == "shell":
+            return self.wall
+        return self.handle if self.form == "utensil" else min(extent[0], extent[1])
 
 
 TYPES: TypeAdapter[dict[str, ObjectType]] = TypeAdapter(dict[str, ObjectType])
@@ -171,4 +138,4 @@ def standard_types() -> Mapping[str, ObjectType]:
 
 def clearance_needed(shape: Shape) -> float:
     """Free height that an object needs where it stands, so that it can be taken [m]."""
-    return shape.extent[2] + 0.05 if any(grasp.kind == "side" for grasp in shape.grasps) else inf
+    return shape.extent[2] + 0.05 if "side" in shape.grasps else inf
