@@ -1,0 +1,411 @@
+"""The training loop: frozen encoder first, optionally the whole model then; stops early, resumes after a crash."""
+
+import copy
+import hashlib
+import json
+import math
+from collections.abc import Callable, Sequence
+from dataclasses import asdict, dataclass, field
+from functools import partial
+from pathlib import Path
+from typing import Any, Literal
+
+import numpy as np
+import torch
+from accelerate import Accelerator
+from accelerate.utils import gather_object
+from numpy.typing import NDArray
+from torch import Tensor, nn
+
+from attune.core.errors import AttuneError
+from attune.speech.age.whisper_classifier import WhisperAgeClassifier
+from attune.training.losses import age_loss, class_weights
+from attune.training.metrics import fit_temperature
+from attune.training.sources import Batch, CachedSource, Source, plan_batches, read_ahead
+
+STATE_FILE = "state.pt"
+
+
+class TrainingError(AttuneError):
+    """Training cannot begin or go on."""
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class TrainingSettings:
+    """How to train. The defaults are the paper's where it says (10 epochs, 1e-3, linear warm-up).
+
+    Attributes:
+        batch_size: Clips per step and process.
+        learning_rate: Of the classifier, at the end of the warm-up; it falls linearly to 0 from there.
+        encoder_learning_rate: Of the encoder, once it is unfrozen.
+        warmup: Share of all steps over which the rate rises from 0.
+        unfreeze_after: Epochs after which the encoder learns too; None keeps it frozen.
+        class_weights: Count every group alike, or every clip.
+        precision: Mixed precision: `no`, `fp16` or `bf16`.
+        patience: Epochs without a lower validation loss after which training stops.
+        save_every: Steps between two saved states.
+        seed: Of order, dropout and first weights.
+    """
+
+    epochs: int = 10
+    batch_size: int = 32
+    learning_rate: float = 1e-3
+    encoder_learning_rate: float = 1e-5
+    warmup: float = 0.1
+    weight_decay: float = 0.01
+    unfreeze_after: int | None = None
+    class_weights: Literal["balanced", "none"] = "balanced"
+    precision: Literal["no", "fp16", "bf16"] = "no"
+    patience: int = 3
+    save_every: int = 500
+    seed: int = 0
+
+    def __post_init__(self) -> None:
+        for name in ("epochs", "batch_size", "patience", "save_every"):
+            if getattr(self, name) < 1:
+                raise TrainingError(f"{name} = {getattr(self, name)} is not allowed", "Take a number from 1 on")
+        if not 0 <= self.warmup < 1:
+            raise TrainingError(f"warmup = {self.warmup} is not allowed", "Take a share from 0 to under 1")
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class Epoch:
+    """What one epoch came to; losses as trained, per clip."""
+
+    number: int
+    training_loss: float
+    validation_loss: float
+    validation_accuracy: float
+    learning_rate: float
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class TrainingResult:
+    """What training came to. The model holds the weights of the best epoch.
+
+    Attributes:
+        temperature: By which the logits should be divided, found on the validation clips.
+        resumed_at: Step from which a former run was taken up, 0 when it began anew.
+    """
+
+    history: tuple[Epoch, ...]
+    best_epoch: int
+    temperature: float
+    steps: int
+    resumed_at: int
+    stopped_early: bool
+
+
+@dataclass(slots=True)
+class _Run:
+    """What changes while training, and is saved."""
+
+    epoch: int = 0
+    step_in_epoch: int = 0
+    step: int = 0
+    loss_sum: float = 0.0
+    best_loss: float = math.inf
+    best_epoch: int = 0
+    history: list[dict[str, Any]] = field(default_factory=list)
+
+
+class Trainer:
+    """Trains one model.
+
+    Args:
+        model: Changed in place.
+        training: Clips to learn from while the encoder is frozen.
+        validation: Clips of other speakers; they decide when to stop, and the temperature.
+        settings: How.
+        folder: For the state that a crash leaves behind, and for TensorBoard's logs.
+        sound: (training, validation) from sound, needed when `unfreeze_after` is set and the others are cached.
+        progress: Called with the steps done and their total.
+        accelerator: From `accelerate`, when several models are trained in one process.
+        restart: Forget an interrupted run.
+    """
+
+    def __init__(
+        self,
+        model: WhisperAgeClassifier,
+        training: Source,
+        validation: Source,
+        settings: TrainingSettings,
+        folder: Path,
+        *,
+        sound: tuple[Source, Source] | None = None,
+        progress: Callable[[int, int], None] = lambda done, total: None,
+        accelerator: Accelerator | None = None,
+        restart: bool = False,
+    ) -> None:
+        if settings.unfreeze_after is not None and sound is None:
+            raise TrainingError("the encoder cannot learn from cached features", "Give the sound as well")
+        self._model = model
+        self._frozen_sources = (training, validation)
+        self._sound_sources = sound
+        self._settings = settings
+        self._folder = folder
+        self._progress = progress
+        self._restart = restart
+        self._accelerator = accelerator or Accelerator(mixed_precision=settings.precision)
+        groups = np.array([clip.group for clip in training.clips])
+        weights = class_weights(groups) if settings.class_weights == "balanced" else np.ones(9, np.float32)
+        self._weights = torch.from_numpy(weights).to(self._accelerator.device)
+        self._ordinal = model.options.targets == "ordinal"
+        self._run = _Run()
+        self._best: dict[str, Tensor] = {}
+        self._plan = self._hash_of_plan()
+
+    def train(self) -> TrainingResult:
+        """Train, or go on with an interrupted run of the same plan.
+
+        Raises:
+            TrainingError: The folder holds a run of another plan, or the loss is no longer a number.
+        """
+        self._folder.mkdir(parents=True, exist_ok=True)
+        torch.manual_seed(self._settings.seed)
+        self._model.to(self._accelerator.device)
+        saved = self._read_state()
+        if saved is not None:
+            self._run = _Run(**saved["run"])
+            self._best = saved["best"]
+        resumed_at = self._run.step
+        writer = self._writer()
+        stopped = self._is_stale()
+        for frozen in self._phases():
+            if stopped:
+                break
+            stopped = self._phase(frozen, saved, writer)
+            saved = None
+        if writer is not None:
+            writer.close()
+        self._model.load_state_dict(self._best, strict=False)
+        logits, groups, _ = self._validate(self._model)
+        return TrainingResult(
+            history=tuple(Epoch(**epoch) for epoch in self._run.history),
+            best_epoch=self._run.best_epoch,
+            temperature=fit_temperature(logits, groups),
+            steps=self._run.step,
+            resumed_at=resumed_at,
+            stopped_early=stopped,
+        )
+
+    def discard_state(self) -> None:
+        """Remove what a crash would need, once the result is safe."""
+        if self._accelerator.is_main_process:
+            (self._folder / STATE_FILE).unlink(missing_ok=True)
+
+    def _phases(self) -> list[bool]:
+        """Whether the encoder is frozen, for each phase that is still to do."""
+        border = self._border()
+        phases = [True] if self._run.epoch < border else []
+        return phases + ([False] if border < self._settings.epochs else [])
+
+    def _border(self) -> int:
+        after = self._settings.unfreeze_after
+        return self._settings.epochs if after is None else min(after, self._settings.epochs)
+
+    def _is_stale(self) -> bool:
+        return bool(self._run.history) and self._run.epoch - self._run.best_epoch >= self._settings.patience
+
+    def _sources(self, frozen: bool) -> tuple[Source, Source]:
+        if frozen or self._sound_sources is None:
+            return self._frozen_sources
+        return self._sound_sources
+
+    def _phase(self, frozen: bool, saved: dict[str, Any] | None, writer: Any) -> bool:
+        """Epochs with the encoder frozen, or with all weights learning; True when it stopped early."""
+        settings, accelerator, run = self._settings, self._accelerator, self._run
+        first, last = (0, self._border()) if frozen else (self._border(), settings.epochs)
+        training, _ = self._sources(frozen)
+        share = (accelerator.process_index, accelerator.num_processes)
+        lengths = training.lengths()
+        per_epoch = len(plan_batches(len(training.clips), settings.batch_size, seed=0, share=share))
+        self._model.encoder.requires_grad_(not frozen)
+        trained: nn.Module = self._model.head if frozen and isinstance(training, CachedSource) else self._model
+        groups = [{"params": list(self._model.head.parameters()), "lr": settings.learning_rate}]
+        if not frozen:
+            learning = [
+                value for name, value in self._model.encoder.named_parameters() if "embed_positions" not in name
+            ]
+            groups.append({"params": learning, "lr": settings.encoder_learning_rate})
+            self._model.encoder.embed_positions.requires_grad_(False)
+            # Should no later epoch be better, the encoder goes back with the classifier.
+            for name, value in self._model.encoder.state_dict().items():
+                self._best.setdefault(f"encoder.{name}", value.detach().cpu().clone())
+        optimizer = torch.optim.AdamW(groups, weight_decay=settings.weight_decay)
+        steps = per_epoch * (last - first)
+        scheduler = torch.optim.lr_scheduler.LambdaLR(optimizer, partial(_rate, steps, settings.warmup))
+        if saved is not None:
+            self._model.load_state_dict(saved["model"], strict=False)
+        if saved is not None and saved["frozen"] == frozen:
+            optimizer.load_state_dict(saved["optimizer"])
+            scheduler.load_state_dict(saved["scheduler"])
+            torch.set_rng_state(saved["rng"].cpu())
+        module, optimizer = accelerator.prepare(trained, optimizer)
+        if saved is not None and saved["frozen"] == frozen and accelerator.scaler is not None and saved["scaler"]:
+            accelerator.scaler.load_state_dict(saved["scaler"])
+        total = per_epoch * settings.epochs
+        while run.epoch < last:
+            seed = settings.seed * 100_003 + run.epoch
+            plan = plan_batches(len(training.clips), settings.batch_size, seed=seed, lengths=lengths, share=share)
+            module.train()
+            if frozen:
+                self._model.encoder.eval()
+            for batch in read_ahead([partial(training.batch, each) for each in plan[run.step_in_epoch :]]):
+                run.loss_sum += self._step(module, optimizer, batch)
+                scheduler.step()
+                run.step += 1
+                run.step_in_epoch += 1
+                if run.step % settings.save_every == 0:
+                    self._save_state(frozen, optimizer, scheduler)
+                self._progress(run.step, total)
+            stop = self._end_epoch(module, frozen, per_epoch, scheduler.get_last_lr()[0], writer)
+            self._save_state(frozen, optimizer, scheduler)
+            if stop:
+                return True
+        accelerator.free_memory(module, optimizer)
+        return False
+
+    def _step(self, module: nn.Module, optimizer: Any, batch: Batch) -> float:
+        accelerator = self._accelerator
+        inputs, mask, groups = (
+            None if each is None else each.to(accelerator.device) for each in (batch.inputs, batch.mask, batch.groups)
+        )
+        with accelerator.autocast():
+            logits = module(inputs, mask)
+        loss = age_loss(logits, groups, self._weights, ordinal=self._ordinal)
+        value = float(loss.detach())
+        if not math.isfinite(value):
+            raise TrainingError(
+                f"the loss is {value} at step {self._run.step}", "Lower the learning rate, or train with --precision no"
+            )
+        accelerator.backward(loss)
+        accelerator.clip_grad_norm_(module.parameters(), 1.0)
+        optimizer.step()
+        optimizer.zero_grad()
+        return value
+
+    def _end_epoch(self, module: nn.Module, frozen: bool, per_epoch: int, rate: float, writer: Any) -> bool:
+        """Validate, remember the best weights; True when the loss has not fallen for too long."""
+        run = self._run
+        logits, groups, loss = self._validate(self._accelerator.unwrap_model(module), frozen)
+        run.epoch += 1
+        epoch = Epoch(
+            number=run.epoch,
+            training_loss=run.loss_sum / per_epoch,
+            validation_loss=loss,
+            validation_accuracy=float((logits.argmax(axis=1) == groups).mean()),
+            learning_rate=rate,
+        )
+        run.history.append(asdict(epoch))
+        run.step_in_epoch, run.loss_sum = 0, 0.0
+        if loss < run.best_loss:
+            run.best_loss, run.best_epoch = loss, run.epoch
+            self._best = self._learnt_state()
+        if writer is not None:
+            for name, value in asdict(epoch).items():
+                writer.add_scalar(name.replace("_", "/", 1), value, run.step)
+        return self._is_stale()
+
+    def _validate(
+        self, module: nn.Module, frozen: bool | None = None
+    ) -> tuple[NDArray[np.float64], NDArray[np.int64], float]:
+        """Logits and groups of the validation clips, and their loss; the work is shared among the processes."""
+        if frozen is None:
+            frozen = self._run.best_epoch <= self._border()
+        _, source = self._sources(frozen)
+        accelerator = self._accelerator
+        own = range(len(source.clips))[accelerator.process_index :: accelerator.num_processes]
+        rows = predict(module, source, own, self._settings.batch_size, accelerator)
+        gathered = gather_object(rows) if accelerator.num_processes > 1 else rows
+        by_index = {index: logits for index, _, logits in gathered}
+        order = sorted(by_index)
+        table = np.array([by_index[index] for index in order])
+        groups = np.array([source.clips[index].group for index in order])
+        loss = age_loss(torch.from_numpy(table), torch.from_numpy(groups), self._weights.cpu(), ordinal=self._ordinal)
+        return table, groups, float(loss)
+
+    def _learnt_state(self) -> dict[str, Tensor]:
+        """The weights that differ from the start: the head, and the encoder once it has learnt."""
+        encoder = self._run.epoch > self._border()
+        return {
+            key: value.detach().cpu().clone()
+            for key, value in self._model.state_dict().items()
+            if encoder or key.startswith("head.")
+        }
+
+    def _hash_of_plan(self) -> str:
+        """Hash of everything that must be the same when a run is taken up."""
+        training, validation = self._frozen_sources
+        facts = {
+            "settings": asdict(self._settings) | {"save_every": 0},
+            "options": self._model.options.to_data(),
+            "clips": [[clip.path.name for clip in source.clips] for source in (training, validation)],
+            "processes": self._accelerator.num_processes,
+        }
+        return hashlib.sha256(json.dumps(facts, sort_keys=True).encode()).hexdigest()
+
+    def _save_state(self, frozen: bool, optimizer: Any, scheduler: Any) -> None:
+        if self._accelerator.is_main_process:
+            scaler = self._accelerator.scaler
+            data = {
+                "plan": self._plan,
+                "frozen": frozen,
+                "run": copy.deepcopy(asdict(self._run)),
+                "best": self._best,
+                "model": {
+                    key: value
+                    for key, value in self._model.state_dict().items()
+                    if self._run.epoch >= self._border() or key.startswith("head.")
+                },
+                "optimizer": optimizer.state_dict(),
+                "scheduler": {"last_epoch": scheduler.last_epoch},
+                "scaler": scaler.state_dict() if scaler is not None else {},
+                "rng": torch.get_rng_state(),
+            }
+            unfinished = self._folder / f"{STATE_FILE}.part"
+            torch.save(data, unfinished)
+            unfinished.replace(self._folder / STATE_FILE)
+
+    def _read_state(self) -> dict[str, Any] | None:
+        path = self._folder / STATE_FILE
+        if self._restart or not path.exists():
+            return None
+        data: dict[str, Any] = torch.load(path, map_location="cpu", weights_only=True)
+        if data["plan"] != self._plan:
+            raise TrainingError(
+                f"{path} is of a run with other clips, options or settings", "Give them as before, or use --restart"
+            )
+        return data
+
+    def _writer(self) -> Any:
+        if not self._accelerator.is_main_process:
+            return None
+        from torch.utils.tensorboard import SummaryWriter
+
+        return SummaryWriter(str(self._folder / "logs"))
+
+
+def _rate(steps: int, warmup: float, step: int) -> float:
+    """Linear up, then linear down to 0."""
+    rising = max(1, round(steps * warmup))
+    if step < rising:
+        return (step + 1) / rising
+    return max(0.0, (steps - step) / max(1, steps - rising))
+
+
+def predict(
+    module: nn.Module, source: Source, indices: Sequence[int], batch_size: int, accelerator: Accelerator
+) -> list[tuple[int, float, list[float]]]:
+    """Index, length [s] and logits of the clips with these indices, without damaged ones."""
+    if isinstance(module, WhisperAgeClassifier) and isinstance(source, CachedSource):
+        module = module.head
+    module.eval()
+    batches = [indices[start : start + batch_size] for start in range(0, len(indices), batch_size)]
+    rows: list[tuple[int, float, list[float]]] = []
+    for batch in read_ahead([partial(source.batch, each) for each in batches]):
+        mask = None if batch.mask is None else batch.mask.to(accelerator.device)
+        with torch.inference_mode(), accelerator.autocast():
+            logits = module(batch.inputs.to(accelerator.device), mask).float().cpu().tolist()
+        rows += list(zip(batch.clips, batch.seconds, logits, strict=True))
+    return rows
