@@ -177,6 +177,18 @@ WRONG = {
         CABINET.replace("1.0\n", "1.5\n"),
         "furniture 'cabinet': its surface is 1.52 m high, which the robot cannot reach; allowed: 0.3 to 1.3",
     ),
+    "no kind": (
+        CABINET.replace('kind = "cupboard"\n', ""),
+        "furniture 'cabinet': key 'kind' is missing; allowed: counter, table, shelf, cupboard",
+    ),
+    "opened too far": (
+        CABINET + "travel = 1.0\nopened = 1.2",
+        "furniture 'cabinet': opened: must not be more than travel, which is 1.0",
+    ),
+    "no finite number": (
+        CABINET.replace("[1.0, 3.5]", "[nan, 3.5]"),
+        "furniture 'cabinet': position.0: Input should be a finite number (got nan)",
+    ),
     "unknown hinge": (
         CABINET + 'hinge = "top"',
         "furniture 'cabinet': hinge: Input should be 'left', 'right' or 'bottom' (got 'top')",

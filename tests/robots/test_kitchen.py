@@ -3,7 +3,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from attune.core.scene import Scene, load_scene
+from attune.core.scene import Scene, SceneError, load_scene
 from attune.robots.mujoco.kitchen import handle_name, joint_name
 from attune.robots.mujoco.world import TICK, World
 
@@ -124,3 +124,11 @@ def test_a_person_can_add_furniture_and_objects_in_a_file(tmp_path: Path) -> Non
     run(world, 2.0)
     assert world.place_of("mug") == "desk"
     assert world.place_of("glass") == "locker"
+
+
+@pytest.mark.parametrize("name", ["base_link", "walls", "floor", "drawer_leaf"])
+def test_an_object_named_like_a_part_of_the_simulation_is_refused(scene: Scene, name: str) -> None:
+    thing = scene.object("red_cup").model_copy(update={"name": name})
+    clashing = Scene(room=scene.room, robot_start=scene.robot_start, furniture=scene.furniture, objects=(thing,))
+    with pytest.raises(SceneError, match=f"the name '{name}' is needed for something else"):
+        World(clashing)

@@ -9,7 +9,7 @@ from dataclasses import dataclass
 from math import cos, inf, sin
 from typing import Annotated, Literal
 
-from pydantic import BaseModel, ConfigDict, Field, PositiveFloat
+from pydantic import BaseModel, ConfigDict, Field, PositiveFloat, model_validator
 
 Point = tuple[float, float, float]
 Hinge = Literal["left", "right", "bottom"]
@@ -82,7 +82,7 @@ class Container:
 
 
 class _Strict(BaseModel):
-    model_config = ConfigDict(extra="forbid", frozen=True)
+    model_config = ConfigDict(extra="forbid", frozen=True, allow_inf_nan=False)
 
 
 class Drawer(_Strict):
@@ -223,6 +223,12 @@ class Cupboard(_Piece):
     """How far the door turns [rad]."""
     opened: float = Field(1.4, gt=0.5, le=2.2)
     """How far it is opened for use [rad]."""
+
+    @model_validator(mode="after")
+    def _opens_far_enough(self) -> "Cupboard":
+        if self.opened > self.travel:
+            raise ValueError(f"opened: must not be more than travel, which is {self.travel}")
+        return self
 
     @property
     def bottom(self) -> float:

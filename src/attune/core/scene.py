@@ -76,7 +76,7 @@ _Named = TypeVar("_Named", Surface, Container, "SceneObject")
 
 
 class _Strict(BaseModel):
-    model_config = ConfigDict(extra="forbid", frozen=True)
+    model_config = ConfigDict(extra="forbid", frozen=True, allow_inf_nan=False)
 
 
 class SceneObject(_Strict):
@@ -236,7 +236,11 @@ def _explain(item: dict[str, Any], data: dict[str, Any]) -> str:
     key = ".".join(str(part) for part in location)
     if item["type"] == "extra_forbidden":
         return f"{subject}unknown key {key!r} (value {item['input']!r:.60}); allowed: {', '.join(known)}"
+    if item["type"] == "union_tag_not_found":
+        kinds = ", ".join(piece.__name__.lower() for piece in pieces.KINDS)
+        return f"{subject}key 'kind' is missing; allowed: {kinds}"
     if item["type"] == "missing":
         return f"{subject}key {key!r} is missing"
     message = str(item["msg"]).removeprefix("Value error, ")
-    return f"{subject}{key + ': ' if key else ''}{message} (got {item['input']!r:.60})"
+    got = "" if isinstance(item["input"], dict) else f" (got {item['input']!r:.60})"
+    return f"{subject}{key + ': ' if key else ''}{message}{got}"

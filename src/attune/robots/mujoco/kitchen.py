@@ -18,6 +18,8 @@ HANDLE_RADIUS = 0.009
 HANDLE_STANDOFF = 0.05
 """From a front to the middle of its handle's bar [m]."""
 HANDLE_HALF_LENGTH = 0.09
+WALLS = "walls"
+"""The body of the room's walls."""
 WALL_HEIGHT = 2.3
 LOW_WALL_HEIGHT = 0.12
 """Of the walls that one looks over into the room."""
@@ -85,7 +87,7 @@ def _add_room(spec: mujoco.MjSpec, width: float, depth: float) -> None:
         material="tiles",
         **(_SOLID | {"friction": (1.0, 0.005, 0.0001)}),
     )
-    walls = world.add_body(name="walls")
+    walls = world.add_body(name=WALLS)
     high, low = WALL_HEIGHT / 2, LOW_WALL_HEIGHT / 2
     for middle, half in (
         ((width / 2, depth + 0.05, high), (width / 2 + 0.1, 0.05, high)),

@@ -11,6 +11,8 @@ from attune.robots.interface import ARMS, Arm
 from attune.robots.mujoco import contact, pr2
 from attune.robots.mujoco.kitchen import handle_name, leaf_name
 
+FLOOR = "floor"
+"""What the floor is called as a thing that is touched."""
 _ARM_BITS: Mapping[Arm, int] = {"right": contact.RIGHT_ARM, "left": contact.LEFT_ARM}
 
 
@@ -22,7 +24,7 @@ class Touch:
         things = {leaf_name(box.name): box.name for box in scene.containers}
         bodies = [model.body(body).name for body in range(model.nbody)]
         geom_body = [bodies[body] for body in model.geom_bodyid]
-        self._name = [things.get(body, body) if body != "world" else "floor" for body in geom_body]
+        self._name = [things.get(body, body) if body != "world" else FLOOR for body in geom_body]
         self._robot = np.isin(model.geom_contype, (contact.TRUNK, *_ARM_BITS.values()))
         self._pads = {arm: [model.geom(pad).id for pad in pr2.PADS[arm]] for arm in ARMS}
         self._arm: list[Arm | None] = [None] * model.ngeom
