@@ -5,7 +5,7 @@ about it, or a refusal with its reason. It works the same whatever the robot doe
 also an interruption of each other.
 """
 
-from collections.abc import Iterable
+from collections.abc import Iterable, Iterator
 from dataclasses import dataclass, replace
 
 from attune.core.config import PlannerConfig
@@ -79,9 +79,19 @@ class Rules:
                 decision = self._cancel(command, agenda)
             case PutBack():
                 decision = self._put_back(command, agenda)
-        if decision.accepted:
-            return decision
-        return Decision(agenda, tuple(verdict for verdict in decision.verdicts if verdict.status == "refused"))
+        if not decision.accepted:
+            return Decision(agenda, decision.verdicts)
+        return Decision(decision.agenda, (*decision.verdicts, *self._overruled(command, agenda, decision.agenda)))
+
+    def _overruled(self, command: Edit, before: Agenda, after: Agenda) -> Iterator[Verdict]:
+        """Earlier commands that have lost an object to this one."""
+        reason: OutcomeReason = "" if isinstance(command, CancelObject | PutBack) else "replaced"
+        left = {delivery.id: delivery.command for delivery in after.open}
+        for delivery in before.open:
+            if delivery.command and left.get(delivery.id) != delivery.command:
+                yield Verdict(
+                    "cancelled", reason, self._described(delivery), command=delivery.command, kind=delivery.kind
+                )
 
     # --- bring me ----------------------------------------------------------------------------------------------
 
@@ -182,17 +192,12 @@ class Rules:
         if old is None:
             changed, verdict = self._want(command, agenda.begin_task(), command.add, place, named_place=True)
             return Decision(changed, (verdict,))
-        told: tuple[Verdict, ...] = ()
-        if old.open:
-            without, cancelled = self._withdraw(agenda, old, command, "replaced")
-            told = (cancelled,)
-        else:
-            without = self._fetch_back(command, agenda, old)
+        without = self._withdraw(agenda, old, command) if old.open else self._fetch_back(command, agenda, old)
         # The old one must not be chosen as the new one.
         changed, verdict = self._want(
             command, without, command.add, place, named_place=True, excluded=frozenset({old.individual})
         )
-        return Decision(changed, (verdict, *told))
+        return Decision(changed, (verdict,))
 
     # --- change location ---------------------------------------------------------------------------------------
 
@@ -226,8 +231,11 @@ class Rules:
         if delivery.status != "returning" and delivery.destination == place:
             return agenda, Verdict("refused", "already_there", spec, place)
         accepted = Verdict("accepted", object=spec, place=place)
+        if delivery.status == "waiting":
+            return agenda.change(delivery.id, destination=place), accepted
         if delivery.open:
-            return agenda.change(delivery.id, status="waiting", destination=place), accepted
+            changes = {"status": "waiting", "destination": place, "command": command.id, "kind": command.kind}
+            return agenda.change(delivery.id, **changes), accepted
         moved = _delivery(command, replace(spec, location=""), place, delivery.individual)
         return agenda.begin_task().change(delivery.id, status="dropped").add(moved), accepted
 
@@ -238,8 +246,8 @@ class Rules:
         meant = self._meant(Agenda((*tidied, *agenda.waiting)), command.object)
         if meant is None:
             return _refused(agenda, "nothing_to_do", object=command.object)
-        changed, cancelled = self._withdraw(agenda, meant, command, "")
-        return Decision(changed, (Verdict("accepted", object=self._described(meant)), cancelled))
+        changed = self._withdraw(agenda, meant, command)
+        return Decision(changed, (Verdict("accepted", object=self._described(meant)),))
 
     def _put_back(self, command: PutBack, agenda: Agenda) -> Decision:
         meant = self._to_put_back(agenda, command.object)
@@ -249,8 +257,7 @@ class Rules:
         if meant.status == "returning":
             return Decision(agenda.change(meant.id, command=command.id, kind=command.kind), (told,))
         if meant.open:
-            changed, cancelled = self._withdraw(agenda, meant, command, "")
-            return Decision(changed, (told, cancelled))
+            return Decision(self._withdraw(agenda, meant, command), (told,))
         return Decision(self._fetch_back(command, agenda, meant), (told,))
 
     def _to_put_back(self, agenda: Agenda, spec: ObjectSpec) -> Delivery | None:
@@ -280,17 +287,13 @@ class Rules:
         home = replace(_delivery(command, delivered.spec, "", delivered.individual), status="returning")
         return agenda.begin_task().change(delivered.id, status="dropped").add(home)
 
-    def _withdraw(
-        self, agenda: Agenda, delivery: Delivery, command: Edit, reason: OutcomeReason
-    ) -> tuple[Agenda, Verdict]:
+    def _withdraw(self, agenda: Agenda, delivery: Delivery, command: Edit) -> Agenda:
         """End an open delivery: what is carried goes home, what was not fetched yet is dropped."""
         item = self.belief.get(delivery.individual)
-        told = Verdict("cancelled", reason, self._described(delivery), command=delivery.command, kind=delivery.kind)
         just_put_down = item and item.displaced and is_delivered(self.scene, item, delivery.destination)
         if item and (item.held_by or just_put_down):
-            changes = {"status": "returning", "command": command.id, "kind": command.kind}
-            return agenda.change(delivery.id, **changes), told
-        return agenda.change(delivery.id, status="dropped"), told
+            return agenda.change(delivery.id, status="returning", command=command.id, kind=command.kind)
+        return agenda.change(delivery.id, status="dropped")
 
     # --- what is meant -----------------------------------------------------------------------------------------
 
