@@ -19,6 +19,7 @@ from attune.dialogue.grammar.interpreter import GrammarInterpreter
 from attune.dialogue.interpreter import Interpretation
 from attune.dialogue.llm import FAILURES_UNTIL_REST, LlmInterpreter, check_endpoint, describe_style
 from attune.dialogue.llm_endpoint import NoEndpointError
+from attune.dialogue.policies import Preferences, load_policies
 
 Make = Callable[..., Any]
 SCENE = load_scene()
@@ -292,10 +293,14 @@ def test_the_key_goes_to_the_endpoint_and_no_other_key_does(
     assert [headers["authorization"] for headers in server.headers] == ["bearer none", "bearer sk-right"]
 
 
-def test_own_wishes_stand_beside_the_style_of_the_band() -> None:
-    assert describe_style("older") != describe_style("younger")
-    assert describe_style("older", ["slower"]).startswith(describe_style("older"))
-    assert len(describe_style("older", ["slower"])) > len(describe_style("older"))
+def test_the_style_follows_the_age_band_and_then_the_wishes() -> None:
+    policies = load_policies()
+    older, younger = policies.start("older"), policies.start("younger")
+    assert len({describe_style(older), describe_style(younger), describe_style(policies.unknown)}) == 3
+    brief = Preferences(announce="results").applied(policies, "older")
+    assert "little" in describe_style(brief)
+    assert "slowly" in describe_style(Preferences(rate_steps=-2).applied(policies, "younger"))
+    assert "slowly" not in describe_style(younger)
 
 
 def test_without_a_configured_endpoint_the_remedy_is_named() -> None:

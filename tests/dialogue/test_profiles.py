@@ -11,6 +11,7 @@ from typer.testing import CliRunner
 
 from attune.cli.profile import profile_app
 from attune.core.messages import AgeEstimate
+from attune.dialogue.policies import Preferences
 from attune.dialogue.profiles import (
     ConsentError,
     DamagedProfilesError,
@@ -19,6 +20,7 @@ from attune.dialogue.profiles import (
     UnreadableProfilesError,
 )
 
+WISHES = Preferences(announce="results", rate_steps=-2)
 OLDER = AgeEstimate(band="older", confidence=0.9, source="profile")
 
 
@@ -29,34 +31,34 @@ def store(tmp_path: Path) -> ProfileStore:
 
 def test_nothing_is_kept_without_consent(store: ProfileStore) -> None:
     with pytest.raises(ConsentError, match="without consent"):
-        store.keep("Ada", {"detail": "more"})
+        store.keep("Ada", WISHES)
     assert store.all() == ()
 
 
 def test_what_a_person_agreed_to_is_there_in_the_next_session(store: ProfileStore) -> None:
     store.consent("Ada")
-    store.keep("Ada", {"detail": "more", "rate": 150}, OLDER)
+    store.keep("Ada", WISHES, OLDER)
     found = ProfileStore(store.path).get("Ada")
     assert found is not None
-    assert dict(found.preferences) == {"detail": "more", "rate": 150}
+    assert found.preferences == WISHES
     assert found.age == OLDER
     assert found.consented_at.endswith("Z")
 
 
 def test_age_and_preferences_are_kept_independently(store: ProfileStore) -> None:
     store.consent()
-    store.keep(preferences={"loudness": 0.9})
+    store.keep(preferences=WISHES)
     store.keep(age=OLDER)
     found = store.get()
     assert found is not None
-    assert dict(found.preferences) == {"loudness": 0.9}
+    assert found.preferences == WISHES
     assert found.age.band == "older"
 
 
 def test_consenting_again_loses_nothing(store: ProfileStore) -> None:
     store.consent("Ada")
-    store.keep("Ada", {"detail": "less"})
-    assert dict(store.consent("Ada").preferences) == {"detail": "less"}
+    store.keep("Ada", WISHES)
+    assert store.consent("Ada").preferences == WISHES
 
 
 def test_an_erased_person_is_gone_from_the_file_itself(store: ProfileStore) -> None:
@@ -72,9 +74,9 @@ def test_an_erased_person_is_gone_from_the_file_itself(store: ProfileStore) -> N
 def test_export_holds_everything_of_one_person_or_of_all(store: ProfileStore) -> None:
     store.consent("Ada")
     store.consent("Bob")
-    store.keep("Bob", {"destination": "table"})
+    store.keep("Bob", WISHES)
     (bob,) = store.export("Bob")
-    assert bob["preferences"] == {"destination": "table"}
+    assert bob["preferences"]["rate_steps"] == -2
     assert [entry["person"] for entry in json.loads(json.dumps(store.export()))] == ["Ada", "Bob"]
     with pytest.raises(NoProfileError, match="Ada, Bob"):
         store.export("Cleo")
@@ -94,10 +96,11 @@ def test_reading_makes_no_file(store: ProfileStore) -> None:
 @pytest.mark.parametrize("content", [b"this is no database" * 100, None])
 def test_a_damaged_file_is_kept_aside_and_named(store: ProfileStore, content: bytes | None) -> None:
     store.consent("Ada")
-    store.keep("Ada", {f"wish {number}": "as it was " * 10 for number in range(200)})
+    for name in ("Bob", "Cleo"):
+        store.consent(name * 2000)
     if content is None:
         whole = bytearray(store.path.read_bytes())
-        whole[5000:9000] = os.urandom(4000)
+        whole[4100:] = os.urandom(len(whole) - 4100)
         content = bytes(whole)
     store.path.write_bytes(content)
     with pytest.raises(DamagedProfilesError) as caught:
@@ -129,7 +132,7 @@ def test_a_file_of_a_newer_version_is_left_alone(store: ProfileStore) -> None:
 
 def test_a_process_killed_in_a_transaction_leaves_the_old_state(store: ProfileStore) -> None:
     store.consent("Ada")
-    store.keep("Ada", {"detail": "more"})
+    store.keep("Ada", WISHES)
     program = (
         "import os, sqlite3, sys\n"
         "d = sqlite3.connect(sys.argv[1]); d.execute('pragma cache_spill = 1'); d.execute('begin immediate')\n"
@@ -139,18 +142,18 @@ def test_a_process_killed_in_a_transaction_leaves_the_old_state(store: ProfileSt
     subprocess.run([sys.executable, "-c", program, str(store.path)], check=False)
     found = store.get("Ada")
     assert found is not None
-    assert dict(found.preferences) == {"detail": "more"}
+    assert found.preferences == WISHES
 
 
 def test_the_commands_list_show_export_and_erase(store: ProfileStore, tmp_path: Path) -> None:
     store.consent("Ada")
-    store.keep("Ada", {"detail": "more"}, OLDER)
+    store.keep("Ada", WISHES, OLDER)
     run = CliRunner().invoke
     place = ["--file", str(store.path)]
     assert "Ada" in run(profile_app, ["list", *place]).output
     shown = run(profile_app, ["show", "Ada", *place]).output
     assert "older" in shown
-    assert "detail: more" in shown
+    assert "rate steps: -2" in shown
     out = tmp_path / "out.json"
     assert run(profile_app, ["export", "--out", str(out), *place]).exit_code == 0
     assert json.loads(out.read_text())[0]["person"] == "Ada"

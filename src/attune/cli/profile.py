@@ -55,9 +55,7 @@ def show(person: _Person = "me", as_json: _Json = False, file: _File = None) -> 
     typer.echo(f"{data['person']}: agreed {data['consented_at']}, changed {data['changed_at']}")
     typer.echo(f"  age: {data['age']['band']} (confidence {data['age']['confidence']:.2f})")
     for key, value in data["preferences"].items():
-        typer.echo(f"  {key}: {value}")
-    if not data["preferences"]:
-        typer.echo("  no wishes yet")
+        typer.echo(f"  {key.replace('_', ' ')}: {value if value is not None else 'as usual'}")
 
 
 @profile_app.command()

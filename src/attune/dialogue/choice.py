@@ -10,7 +10,7 @@ from attune.core.scene import Scene
 from attune.dialogue.corpus import scene_lexicon
 from attune.dialogue.grammar.interpreter import GrammarInterpreter
 from attune.dialogue.interpreter import Interpreter
-from attune.dialogue.llm import LlmInterpreter, describe_style
+from attune.dialogue.llm import LlmInterpreter, neutral_style
 
 
 @asynccontextmanager
@@ -19,7 +19,7 @@ async def chosen_interpreter(
     llm: LlmConfig,
     scene: Scene,
     clock: Clock,
-    style: Callable[[], str] = lambda: describe_style("unknown"),
+    style: Callable[[], str] = neutral_style,
 ) -> AsyncIterator[Interpreter]:
     """The interpreter, while the block lasts.
 

@@ -7,36 +7,41 @@ whenever the model does not, so that a person is always understood.
 import json
 import tomllib
 from collections import deque
-from collections.abc import Callable, Iterable
+from collections.abc import Callable
 from dataclasses import asdict, replace
 from functools import cache
 from importlib import resources
 from string import Template
+from typing import Literal
 
 from pydantic import BaseModel, ConfigDict
 
 from attune.core.clock import Clock, RealClock
 from attune.core.config import LlmConfig
 from attune.core.errors import AttuneError
-from attune.core.messages import Band, ObjectSpec
+from attune.core.messages import ObjectSpec
 from attune.dialogue.context import Context
-from attune.dialogue.interpreter import Intent, Interpretation, Interpreter, StyleWish
+from attune.dialogue.interpreter import Intent, Interpretation, Interpreter
 from attune.dialogue.lexicon import Lexicon
 from attune.dialogue.llm_answer import answer_schema, to_interpretation
 from attune.dialogue.llm_endpoint import Endpoint, Message, NoAnswerError
+from attune.dialogue.policies import Announce, Policy, Wording, load_policies
 
 SETTLED: frozenset[Intent] = frozenset({"stop", "stated_age"})
 """What the embedded interpreter decides alone: safety first, and what the model's answer has no field for."""
 FAILURES_UNTIL_REST = 3
 REST = 30.0
 """After so many failures in a row the endpoint is not asked for this long [s]."""
+SLOW = 150
+"""Speaking rate up to which a person wants it slowly [words per minute]."""
 
 
 class _Style(BaseModel):
     model_config = ConfigDict(extra="forbid", frozen=True)
 
-    bands: dict[Band, str]
-    wishes: dict[StyleWish, str]
+    wording: dict[Wording, str]
+    announce: dict[Announce, str]
+    pace: dict[Literal["slow"], str]
 
 
 @cache
@@ -50,10 +55,16 @@ def _instructions() -> Template:
     return Template((resources.files("attune.data") / "prompts/interpreter.md").read_text(encoding="utf-8"))
 
 
-def describe_style(band: Band, wishes: Iterable[StyleWish] = ()) -> str:
-    """How to speak to a person, in words for the model: their age band's style, then their own wishes, which win."""
+def describe_style(policy: Policy) -> str:
+    """How to speak to a person, in words for the model, from the policy that follows their age and their wishes."""
     file = _style_file()
-    return " ".join([file.bands[band], *(file.wishes[wish] for wish in wishes if wish)])
+    slow = (file.pace["slow"],) if policy.rate <= SLOW else ()
+    return " ".join([file.wording[policy.wording], file.announce[policy.announce], *slow])
+
+
+def neutral_style() -> str:
+    """How to speak to somebody of whom nothing is known."""
+    return describe_style(load_policies().unknown)
 
 
 class LlmInterpreter:
@@ -77,7 +88,7 @@ class LlmInterpreter:
         lexicon: Lexicon,
         embedded: Interpreter,
         clock: Clock,
-        style: Callable[[], str] = lambda: describe_style("unknown"),
+        style: Callable[[], str] = neutral_style,
     ) -> None:
         self._endpoint = Endpoint(config, clock, answer_schema())
         self._lexicon = lexicon
@@ -110,8 +121,8 @@ class LlmInterpreter:
             return replace(first, reason=f"{first.reason} ({error.problem})")
         self._failures = 0
         told = {"intent": answer.intent, "reply": answer.reply}
-        said: Message = {"role": "user", "content": json.dumps({"utterance": text}, ensure_ascii=False)}
-        self._history.append((said, {"role": "assistant", "content": json.dumps(told, ensure_ascii=False)}))
+        said: Message = {"role": "user", "content": _json({"utterance": text})}
+        self._history.append((said, {"role": "assistant", "content": _json(told)}))
         found = to_interpretation(answer, context, self._lexicon, f"language model {self._endpoint.name}")
         # "The" or "a" is a matter of words, which the embedded interpreter reads.
         return replace(found, definite=first.definite) if len(first.definite) == len(found.add) else found
@@ -130,7 +141,12 @@ class LlmInterpreter:
 
     def _message(self, text: str, context: Context) -> Message:
         content = {"situation": _situation(context), "utterance": text, "speak": self.style()}
-        return {"role": "user", "content": json.dumps(content, ensure_ascii=False)}
+        return {"role": "user", "content": _json(content)}
+
+
+def _json(data: object) -> str:
+    # Half a surrogate pair, as a broken terminal may send it, is no text that can travel.
+    return json.dumps(data, ensure_ascii=False).encode("utf-8", "replace").decode()
 
 
 def _situation(context: Context) -> dict[str, object]:

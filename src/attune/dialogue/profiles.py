@@ -6,11 +6,10 @@ One SQLite file, readable by its owner alone. Nothing of what a person said is k
 import json
 import os
 import sqlite3
-from collections.abc import Iterator, Mapping
+from collections.abc import Iterator
 from contextlib import closing, contextmanager
-from dataclasses import dataclass, field
+from dataclasses import dataclass
 from pathlib import Path
-from types import MappingProxyType
 from typing import Any
 
 import platformdirs
@@ -19,6 +18,7 @@ from pydantic import BaseModel, ConfigDict, ValidationError
 from attune.core.codec import describe, to_data
 from attune.core.errors import AttuneError
 from attune.core.messages import AgeEstimate
+from attune.dialogue.policies import Preferences
 
 SELF = "me"
 """The person who is meant where nobody is named."""
@@ -32,8 +32,6 @@ create table profile (
     age text not null default '{}'
 ) strict
 """
-
-Preference = str | int | float | bool
 
 
 class ConsentError(AttuneError):
@@ -76,14 +74,14 @@ class Profile:
 
     Attributes:
         person: Their name, or `me`.
-        preferences: How the robot shall behave for them; keys and values are the dialogue's.
+        preferences: What they have wished for.
         age: The age estimate of earlier talks; its source is `profile`, or `stated` if they said it.
         consented_at: When they agreed, UTC.
         changed_at: When something changed last, UTC.
     """
 
     person: str
-    preferences: Mapping[str, Preference] = field(default_factory=lambda: MappingProxyType({}))
+    preferences: Preferences = Preferences()
     age: AgeEstimate = AgeEstimate()
     consented_at: str = ""
     changed_at: str = ""
@@ -92,7 +90,7 @@ class Profile:
 class _Row(BaseModel):
     model_config = ConfigDict(extra="forbid", strict=True)
 
-    preferences: dict[str, Preference]
+    preferences: Preferences
     age: AgeEstimate
 
 
@@ -137,7 +135,7 @@ class ProfileStore:
     def keep(
         self,
         person: str = SELF,
-        preferences: Mapping[str, Preference] | None = None,
+        preferences: Preferences | None = None,
         age: AgeEstimate | None = None,
     ) -> Profile:
         """Remember wishes (in place of the earlier ones), an age estimate, or both.
@@ -147,7 +145,7 @@ class ProfileStore:
         """
         if self.get(person) is None:
             raise ConsentError(person)
-        wishes = None if preferences is None else json.dumps(dict(preferences), sort_keys=True)
+        wishes = None if preferences is None else json.dumps(to_data(preferences))
         estimate = None if age is None else json.dumps(to_data(age))
         with self._open() as database:
             database.execute(
@@ -169,7 +167,7 @@ class ProfileStore:
                 "person": profile.person,
                 "consented_at": profile.consented_at,
                 "changed_at": profile.changed_at,
-                "preferences": dict(profile.preferences),
+                "preferences": to_data(profile.preferences),
                 "age": to_data(profile.age),
             }
             for profile in profiles
@@ -197,7 +195,7 @@ class ProfileStore:
             raise self._damaged(describe(error)[0]) from None
         return Profile(
             person=row["person"],
-            preferences=MappingProxyType(kept.preferences),
+            preferences=kept.preferences,
             age=kept.age,
             consented_at=row["consented_at"],
             changed_at=row["changed_at"],
