@@ -96,7 +96,8 @@ def test_the_camera_looks_along_the_head(robot: Any) -> None:
     looks, up = -camera.xmat.reshape(3, 3)[:, 2], camera.xmat.reshape(3, 3)[:, 1]
     assert looks == pytest.approx((1, 0, 0), abs=1e-6)
     assert up == pytest.approx((0, 0, 1), abs=1e-6)
-    assert camera.xpos[2] == pytest.approx(1.4566, abs=1e-3)
+    # The published heights of base, torso, head and plate, and the camera 2 cm over the plate.
+    assert camera.xpos[2] - pr2.TORSO_HEIGHT == pytest.approx(0.051 + 0.739675 + 0.38145 + 0.0645 + 0.02, abs=1e-3)
 
 
 def test_the_robot_stands_still_against_gravity(model: Any, robot: Any) -> None:

@@ -9,6 +9,8 @@ from attune.robots.mujoco import pr2
 from attune.robots.mujoco.world import TICK, World
 
 BEFORE_TABLE = BasePose(3.2, 1.6, 0.0)
+HAND_OVER_TABLE = 0.2
+"""Height of the torso at which the parked hands are over the table, in the middle of a cup [m]."""
 BEFORE_DRAWER = BasePose(1.164, 3.0, pi / 2)
 
 
@@ -46,6 +48,7 @@ def tool(world: World, arm: str = "right") -> np.ndarray:
 def at_table(scene: Scene, *, friction_only: bool = False) -> World:
     """The right hand open, level, 5 cm over the table."""
     world = make(scene, BEFORE_TABLE, friction_only=friction_only)
+    move(world, "torso_lift_joint", HAND_OVER_TABLE, 0.2)
     world.command_gripper("right", pr2.GRIPPER_OPEN)
     wait(world, 1.2)
     move(world, "base_x", 3.4, 0.2)
@@ -121,6 +124,7 @@ def test_a_person_can_take_an_object_out_of_the_gripper(scene: Scene) -> None:
 
 def test_driving_into_the_table_is_a_forbidden_contact(scene: Scene) -> None:
     world = make(scene, BEFORE_TABLE)
+    move(world, "torso_lift_joint", 0.15, 0.2)
     assert world.forbidden_contacts() == ()
     move(world, "base_x", 3.6, 0.3)
     assert {thing for _, thing in world.forbidden_contacts()} == {"table"}
@@ -146,7 +150,7 @@ def test_the_gripper_pulls_a_drawer_open_by_its_handle_and_lets_go(scene: Scene)
     world = make(scene, BEFORE_DRAWER)
     world.command_gripper("right", pr2.GRIPPER_OPEN)
     move(world, "r_wrist_roll_joint", pr2.PARKED["right"][6] + pi / 2, 2.0)
-    move(world, "torso_lift_joint", pr2.TORSO_HEIGHT - 0.035, 0.2)
+    move(world, "torso_lift_joint", HAND_OVER_TABLE - 0.035, 0.2)
     world.permit("right", ["drawer"])
     handle = world.data.site("drawer_handle").xpos
     move(world, "base_y", world.joint_position("base_y") + float(handle[1] - tool(world)[1]), 0.2)
