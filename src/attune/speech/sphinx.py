@@ -11,6 +11,7 @@ from typing import Any
 
 import numpy as np
 import platformdirs
+from numpy.typing import NDArray
 
 from attune.speech.audio import Samples
 from attune.speech.language_model import LanguageModel
@@ -28,12 +29,24 @@ IN_DOMAIN_SCORE = -24.8
 _CONFIDENCE_SLOPE = 0.25
 _ALTERNATIVES = 4
 
+_DECODERS_MEMORY = 500
+"""Frames that the decoder's own running mean counts a set mean for (CMN_WIN of cmn.h)."""
+_KNOWN_AFTER = 1000
+"""After so many frames (10 s) the channel is known; from then on new sound moves the mean slowly."""
+_DOUBTFUL = 0.85
+"""Confidence under which an utterance is decoded again, as long as the channel is not known."""
+
+Mean = NDArray[np.float64]
+
 
 class SphinxRecogniser:
     """PocketSphinx, streaming. The model is built from the sentences once and then cached.
 
     Next to the domain's model a loop over all phones runs on the same sound: how much worse the domain explains the
     sound than free phones do tells whether the sound is of the domain at all.
+
+    It adapts to the person and the microphone: the mean of the cepstra is kept from utterance to utterance, and while
+    it is not known well, a doubtful utterance is decoded once more with its own mean.
 
     Args:
         sentences: What people may say: lower case, no punctuation. Their words are all it can hear.
@@ -53,6 +66,9 @@ class SphinxRecogniser:
         self._phones = pocketsphinx.Decoder(
             allphone=str(models / "en-us-phone.lm.bin"), lw=2.0, beam=1e-20, pbeam=1e-20, **common
         )
+        self._heard: list[bytes] = []
+        self._mean = self._begun_with = _parsed(self._domain.get_cmn(False))
+        self._known_frames = 0
         self._words = (folder / "domain.dict").read_text("utf-8").count("\n")
 
     @property
@@ -62,12 +78,13 @@ class SphinxRecogniser:
 
     def start(self) -> None:
         """Begin an utterance."""
-        self._domain.start_utt()
-        self._phones.start_utt()
+        self._heard.clear()
+        self._begin(self._mean)
 
     def accept(self, samples: Samples) -> None:
         """Take the next samples, 16 kHz mono."""
         data = pcm16(samples)
+        self._heard.append(data)
         self._domain.process_raw(data)
         self._phones.process_raw(data)
 
@@ -77,13 +94,34 @@ class SphinxRecogniser:
         return hypothesis.hypstr if hypothesis else ""
 
     def finish(self) -> Recognition:
-        """End the utterance."""
+        """End the utterance: about 60 ms, and 0.1 s for each second of speech if it has to be decoded again."""
+        recognition = self._end()
+        if not recognition.text:
+            return recognition
+        frames, mean = self._channel()
+        if recognition.confidence < _DOUBTFUL and self._known_frames < _KNOWN_AFTER:
+            share = frames / (frames + self._known_frames)
+            self._begin(share * mean + (1 - share) * self._mean)
+            for data in self._heard:
+                self._domain.process_raw(data)
+                self._phones.process_raw(data)
+            recognition = max(recognition, self._end(), key=lambda found: found.confidence)
+        self._mean = (self._mean * self._known_frames + mean * frames) / (self._known_frames + frames)
+        self._known_frames = min(_KNOWN_AFTER, self._known_frames + frames)
+        return recognition
+
+    def _begin(self, mean: Mean) -> None:
+        for decoder in (self._domain, self._phones):
+            decoder.set_cmn(",".join(f"{value:.4f}" for value in mean))
+            decoder.start_utt()
+        self._begun_with = mean
+
+    def _end(self) -> Recognition:
         self._domain.end_utt()
         self._phones.end_utt()
         hypothesis, loop = self._domain.hyp(), self._phones.hyp()
         if not hypothesis or not hypothesis.hypstr:
             return Recognition()
-        words = tuple(self._said_words())
         frames = max(1, self._domain.n_frames())
         score = (_log(hypothesis.best_score) - _log(loop.best_score)) / frames if loop else -math.inf
         return Recognition(
@@ -91,8 +129,17 @@ class SphinxRecogniser:
             alternatives=self._alternatives(hypothesis.hypstr),
             confidence=1 / (1 + math.exp(min(50.0, -_CONFIDENCE_SLOPE * (score - IN_DOMAIN_SCORE)))),
             in_domain=score >= IN_DOMAIN_SCORE,
-            words=words,
+            words=tuple(self._said_words()),
         )
+
+    def _channel(self) -> tuple[int, Mean]:
+        """Number of frames of the utterance, and the mean of its cepstra (what voice and microphone have in common).
+
+        The decoder tells only its running mean, into which it took what it began with for 500 frames.
+        """
+        frames = max(1, self._domain.n_frames())
+        running = _parsed(self._domain.get_cmn(True))
+        return frames, (running * (_DECODERS_MEMORY + frames) - self._begun_with * _DECODERS_MEMORY) / frames
 
     def _said_words(self) -> list[RecognisedWord]:
         return [
@@ -120,6 +167,10 @@ class SphinxRecogniser:
 def pcm16(samples: Samples) -> bytes:
     """Samples as the 16 bit little-endian integers that the decoders take."""
     return (np.clip(samples, -1, 1) * 32767).astype("<i2").tobytes()
+
+
+def _parsed(mean: str) -> Mean:
+    return np.array([float(value) for value in mean.split(",")])
 
 
 def _log(score: Any) -> float:

@@ -8,9 +8,13 @@ from attune.speech.audio import Samples
 from attune.speech.pronunciation import dictionary_text, pronounce
 from attune.speech.sphinx import pcm16
 
-_KEYWORDS = {"stop": 1e-10, "freeze": 1e-5}
-"""Threshold of the keyword search; "halt" fires on half of all speech, so only the partial results tell it."""
-_STOP = re.compile(r"(?<!\w)(stop|freeze|halt|wait|pause|hold (?:on|it)|don't move|stand still)(?!\w)")
+_KEYWORDS = {"stop": 1e-10}
+"""Threshold of the keyword search. "Freeze" fires on "please" and "halt" on half of all speech, so only the partial
+results tell those."""
+_STOP = re.compile(r"(?<!\w)(stop|halt|freeze|wait|pause|hold (?:on|it)|don't move|stand still)(?!\w)")
+_CERTAIN = {"stop", "halt"}
+_STEADY = 3
+"""Other stop words count once they stood in so many partial results in a row: they come and go in ordinary speech."""
 _NEGATED = re.compile(r"(?<!\w)(?:don't|do not|not|never|without|can't|no need to)(?: \w+)? $")
 _REFRACTORY = 1.0
 """Both ways of hearing tell the same word within this time [s]."""
@@ -36,8 +40,9 @@ class StopSpotter:
             )
         self._search.start_utt()
         self._told: float | None = None
-        self._stops_in_partial = 0
         self._partial = ""
+        self._told_in_partial = 0
+        self._steady = 0
 
     def accept(self, samples: Samples, time: float) -> str:
         """Take the next samples of the raw stream.
@@ -66,15 +71,22 @@ class StopSpotter:
             The stop word that is new in it, or "".
         """
         self._partial = text
-        stops = [match for match in _STOP.finditer(text) if not _NEGATED.search(text[: match.start()])]
-        is_more = len(stops) > self._stops_in_partial
-        self._stops_in_partial = max(self._stops_in_partial, len(stops))
-        return stops[-1].group() if is_more and self._is_new(time) else ""
+        stops = [match.group() for match in _STOP.finditer(text) if not _NEGATED.search(text[: match.start()])]
+        if len(stops) <= self._told_in_partial:
+            self._steady = 0
+            return ""
+        self._steady += 1
+        if stops[-1] not in _CERTAIN and self._steady < _STEADY:
+            return ""
+        self._told_in_partial = len(stops)
+        self._steady = 0
+        return stops[-1] if self._is_new(time) else ""
 
     def end_utterance(self) -> None:
         """The utterance of the partial results has ended."""
         self._partial = ""
-        self._stops_in_partial = 0
+        self._told_in_partial = 0
+        self._steady = 0
 
     def _is_new(self, time: float) -> bool:
         if self._told is not None and time - self._told < _REFRACTORY:
