@@ -1,4 +1,5 @@
 from math import pi
+from pathlib import Path
 
 import numpy as np
 import pytest
@@ -164,6 +165,53 @@ def test_the_gripper_pulls_a_drawer_open_by_its_handle_and_lets_go(scene: Scene)
     move(world, "base_y", world.joint_position("base_y") - 0.2, 0.2)
     assert world.gripped_handle("right") is None
     assert world.container_position("drawer") == pytest.approx(0.35, abs=0.02)
+
+
+@pytest.mark.parametrize(("hinge", "way"), [("left", -1.0), ("right", 1.0)])
+def test_the_gripper_swings_a_door_open_by_its_handle_although_the_hand_turns_only_half_as_far(
+    tmp_path: Path, hinge: str, way: float
+) -> None:
+    file = tmp_path / "door.toml"
+    file.write_text(
+        f"""
+        robot_start = [3.0, 2.3, {pi / 2}]
+        [[furniture]]
+        kind = "cupboard"
+        name = "cabinet"
+        place = "cabinet"
+        position = [3.0, 4.0]
+        size = [0.5, 0.4, 0.4]
+        above_floor = 0.6
+        hinge = "{hinge}"
+        """,
+        encoding="utf-8",
+    )
+    world = World(load_scene(file))
+    world.command_gripper("right", pr2.GRIPPER_OPEN)
+    move(world, "torso_lift_joint", 0.27, 0.2)
+    world.permit("right", ["cabinet"])
+    for joint, axis in (("base_x", 0), ("base_y", 1)):
+        handle = world.data.site("cabinet_handle").xpos
+        move(world, joint, world.joint_position(joint) + float(handle[axis] - tool(world)[axis]), 0.2)
+    close(world)
+    assert world.gripped_handle("right") == "cabinet"
+
+    pivot, hand, base = np.array([3.0 + way * 0.25, 3.8]), tool(world)[:2], world.base()
+    touched: set[tuple[str, str]] = set()
+    for angle in np.linspace(0.0, 1.3 * way, 250):
+        x, y = pivot + turned(hand - pivot, angle) + turned(np.array([base.x, base.y]) - hand, angle / 2)
+        for joint, target in zip(pr2.BASE_JOINTS, (x, y, base.yaw + angle / 2), strict=True):
+            world.command(joint, float(target))
+        world.tick()
+        touched |= set(world.forbidden_contacts())
+    wait(world, 0.5)
+    assert world.container_position("cabinet") == pytest.approx(1.3, abs=0.03)
+    assert touched == set()
+
+
+def turned(vector: np.ndarray, angle: float) -> np.ndarray:
+    cosine, sine = np.cos(angle), np.sin(angle)
+    return np.array([cosine * vector[0] - sine * vector[1], sine * vector[0] + cosine * vector[1]])
 
 
 def test_an_object_on_the_floor_is_at_no_place(scene: Scene) -> None:
