@@ -7,7 +7,7 @@ from typing import cast
 import numpy as np
 from numpy.typing import NDArray
 
-from attune.robots.interface import ARMS, Arm, Percept, Pose
+from attune.robots.interface import ARMS, Arm, Percept
 from attune.robots.mujoco.frames import Frame, frame_of
 from attune.robots.mujoco.imagination import Imagination
 from attune.robots.mujoco.kinematics import rotation
@@ -65,18 +65,15 @@ class Beliefs:
         """Arms that hold nothing."""
         return tuple(arm for arm in ARMS if arm not in self.held)
 
-    def imagine(
-        self, *, without: str = "", grasping: tuple[Arm, str] | None = None, empty: Arm | None = None
-    ) -> Imagination:
+    def imagine(self, *, grasping: tuple[Arm, str] | None = None, empty: Arm | None = None) -> Imagination:
         """The kitchen as believed, the robot as it stands.
 
         Args:
-            without: An object to leave out.
             grasping: An arm, and an object to put into its gripper; set its pose with `set_in_hand`.
             empty: An arm that is imagined to hold nothing.
         """
         carried = {arm: (held.percept.name, held.in_hand) for arm, held in self.held.items() if arm != empty}
-        poses: dict[str, Pose] = {name: percept.pose for name, percept in self.seen.items() if name != without}
+        poses = {name: percept.pose for name, percept in self.seen.items()}
         if grasping is not None:
             carried[grasping[0]] = (grasping[1], _UNKNOWN)
             poses.pop(grasping[1], None)

@@ -2,17 +2,19 @@
 
 import math
 from collections.abc import Callable
+from dataclasses import dataclass
 
 import anyio
 import numpy as np
 from numpy.typing import NDArray
 
 from attune.core.clock import Clock
-from attune.robots.interface import BasePose, PathBlocked
+from attune.robots.interface import BasePose, PathBlocked, RobotFailure
 from attune.robots.mujoco.beliefs import Beliefs
 from attune.robots.mujoco.costmap import Costmap, Footprint, footprint
-from attune.robots.mujoco.motions import Motions
-from attune.robots.mujoco.route import find_route
+from attune.robots.mujoco.motions import BASE_LIMITS, Motions
+from attune.robots.mujoco.route import MARGINS, find_route
+from attune.robots.mujoco.trajectory import Trajectory, plan_trajectory
 
 Array = NDArray[np.float64]
 
@@ -22,8 +24,22 @@ _ATTEMPTS = 3
 """Routes that are planned before a way counts as blocked."""
 _WATCH = 0.5
 """Time between two looks at the way ahead [s]."""
-_BLOCKED = -0.02
-"""Clearance on the way ahead below which it counts as blocked [m]."""
+_BLENDS = (0.5, 0.2, 0.05)
+"""Time over which corners are rounded, the first for which there is room [s]."""
+_KEPT = 0.02
+"""Clearance that rounding a corner leaves [m]."""
+_BLOCKED = 0.03
+"""A way ahead that has become narrower by this is blocked [m]."""
+_NARROWEST = -0.015
+"""Clearance that is dared, given that cells make obstacles look bigger [m]."""
+
+
+@dataclass(frozen=True, slots=True)
+class Way:
+    """A timed route, and how near it comes to obstacles [m]."""
+
+    trajectory: Trajectory
+    room: float
 
 
 class Driving:
@@ -63,10 +79,10 @@ class Driving:
                 return
             costmap, body = await self.floor()
             start = self._motions.base
-            route = await self._clock.run_in_thread(lambda: find_route(costmap, body, start, goal))  # noqa: B023
-            if route is None:
+            way = await self._clock.run_in_thread(lambda: find_way(costmap, body, start, goal))  # noqa: B023
+            if way is None:
                 raise PathBlocked(goal, _why(costmap, body, goal))
-            await self._follow(route, body)
+            await self._follow(way, body)
         if not self._there(goal):
             raise PathBlocked(goal, "something is in the way again and again")
 
@@ -75,28 +91,46 @@ class Driving:
         turn = math.remainder(goal.yaw - now.yaw, math.tau)
         return math.hypot(goal.x - now.x, goal.y - now.y) < _THERE[0] and abs(turn) < _THERE[1]
 
-    async def _follow(self, route: Array, body: Footprint) -> None:
-        """Drive along a route until its end, or until it turns out to be blocked."""
+    async def _follow(self, way: Way, body: Footprint) -> None:
+        """Drive along a way until its end, or until it turns out to be blocked."""
         async with anyio.create_task_group() as tasks:
-            tasks.start_soon(self._watch, route, body, tasks.cancel_scope.cancel)
-            await self._motions.drive(route)
+            failure: RobotFailure | None = None
+            tasks.start_soon(self._watch, way, body, tasks.cancel_scope.cancel)
+            try:
+                await self._motions.drive(way.trajectory)
+            except RobotFailure as met:
+                failure = met
             tasks.cancel_scope.cancel()
+        if failure is not None:
+            raise failure
 
-    async def _watch(self, route: Array, body: Footprint, stop: Callable[[], object]) -> None:
-        line = np.concatenate(
-            [
-                np.linspace(a, b, max(2, int(np.linalg.norm(b - a) / 0.05)))[1:]
-                for a, b in zip(route, route[1:], strict=False)
-            ]
-        )
+    async def _watch(self, way: Way, body: Footprint, stop: Callable[[], object]) -> None:
+        line = way.trajectory.points
         while True:
             await self._clock.sleep(_WATCH)
             costmap, _ = await self.floor()
             now = self._motions.base
             passed = int(np.argmin(np.linalg.norm(line - (now.x, now.y, _near(now.yaw, line)), axis=1)))
-            if costmap.clearance(line[passed:], body).min() < _BLOCKED:
+            if costmap.clearance(line[passed::5], body).min() < way.room - _BLOCKED:
                 stop()
                 return
+
+
+def find_way(costmap: Costmap, body: Footprint, start: BasePose, goal: BasePose) -> Way | None:
+    """The first route with room on all of it, its corners rounded as far as there is room; None if there is none."""
+    best: Way | None = None
+    for margin in MARGINS:
+        route = find_route(costmap, body, start, goal, margin)
+        if route is None:
+            continue
+        for blend in _BLENDS:
+            trajectory = plan_trajectory(route, BASE_LIMITS, blend)
+            room = float(costmap.clearance(trajectory.points[::3], body).min())
+            if room >= _KEPT:
+                return Way(trajectory, room)
+            if best is None or room > best.room:
+                best = Way(trajectory, room)
+    return best if best is not None and best.room > _NARROWEST else None
 
 
 def _near(yaw: float, line: Array) -> float:

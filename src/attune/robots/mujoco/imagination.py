@@ -23,8 +23,10 @@ Array = NDArray[np.float64]
 
 MARGIN = 0.004
 """Kept between the arms and everything else [m]."""
-_FINGER_MARGIN = 0.001
+_FINGER_MARGIN = 0.002
 """The fingers must come near to what they grasp [m]."""
+_OBJECT_MARGIN = 0.004
+"""Kept in addition from objects, whose places are known only so well [m]."""
 _GIVE = 0.012
 """How much farther the gap may close between the first pad's touch and the second's [m]."""
 _AWAY = 50.0
@@ -70,6 +72,7 @@ class Imagination:
         others = ~robot & (m.geom_contype > 0)
         m.geom_conaffinity[others] = 0
         m.geom_margin[:] = 0.0
+        m.geom_margin[m.geom_contype == contact.OBJECT] = _OBJECT_MARGIN
         m.geom_margin[np.isin(m.geom_contype, tuple(_ARM_BITS.values()))] = MARGIN
         fingers = [m.jnt_bodyid[m.joint(joint).id] for arm in ARMS for joint in pr2.FINGER_JOINTS[arm]]
         m.geom_margin[np.isin(m.geom_bodyid, fingers)] = _FINGER_MARGIN
@@ -129,6 +132,10 @@ class Imagination:
         self.data.qpos[address : address + 3] = frame.position
         self.data.qpos[address + 3 : address + 7] = quaternion(frame.rotation)
 
+    def aim_at(self, name: str) -> None:
+        """Let the robot come as near to an object as its fingers must."""
+        self.model.geom_margin[self.model.geom_bodyid == self.model.body(name).id] = 0.0
+
     def tool(self, arm: Arm, q: Array | None = None) -> Frame:
         """The tool frame of an arm in the map frame, for a configuration or as it is bent now."""
         position, orientation = self.kinematics[arm].forward((self.arm(arm) if q is None else q)[None])
@@ -186,8 +193,8 @@ class Imagination:
                 return False
         return True
 
-    def pads_meet(self, arm: Arm, name: str) -> bool:
-        """Whether both pads would press an object if the fingers closed now; they stay closed on it.
+    def pads_meet(self, arm: Arm, name: str) -> float | None:
+        """The gap at which both pads would press an object if the fingers closed now [m]; None if they would not.
 
         The fingers are coupled and the object gives way a little, so the second pad may come a little later.
         """
@@ -203,12 +210,12 @@ class Imagination:
                     if pad in pads and self.model.geom_bodyid[other] == body:
                         touched.add(pad)
             if len(touched) == 2:
-                return True
+                return float(gap)
             if gap < limit:
-                return False
+                return None
             if touched:
                 limit = max(limit, gap - _GIVE)
-        return False
+        return None
 
     def _collide(self) -> None:
         mujoco.mj_kinematics(self.model, self.data)

@@ -1,7 +1,7 @@
 """Picking up, putting down and folding the arms, as sequences of planned motions."""
 
 from collections.abc import AsyncIterator, Awaitable, Callable, Iterator
-from dataclasses import dataclass, replace
+from dataclasses import replace
 from typing import TypeVar
 
 import anyio
@@ -19,15 +19,13 @@ from attune.robots.interface import (
     Unreachable,
 )
 from attune.robots.mujoco import pr2
-from attune.robots.mujoco.arm_paths import joint_path, upright_path
 from attune.robots.mujoco.beliefs import Beliefs, Held
 from attune.robots.mujoco.carry import carrying_path, folding_path, is_carrying, is_folded
 from attune.robots.mujoco.escape import escape_path
 from attune.robots.mujoco.frames import Frame, frame_of, pose_of
 from attune.robots.mujoco.imagination import Imagination
-from attune.robots.mujoco.motions import Motions
-from attune.robots.mujoco.pick_place import PickPlan, PlacePlan
-from attune.robots.mujoco.reach import plan_pick, plan_place
+from attune.robots.mujoco.motions import Motions, together
+from attune.robots.mujoco.whole_motions import Pick, Place, find_picks, find_places, radius
 from attune.robots.mujoco.world import World
 
 Array = NDArray[np.float64]
@@ -42,24 +40,6 @@ _PRESSING = 0.4
 _MISPLACED = 0.04
 """Farther than this from where it should stand, a placement has failed [m]."""
 _TILTED = np.cos(np.radians(20.0))
-
-
-@dataclass(frozen=True, slots=True)
-class _Pick:
-    plan: PickPlan
-    reach: Array
-    """From where the arm is to the beginning of the approach."""
-    carry: Array
-    """From the lifted posture to one for driving."""
-
-
-@dataclass(frozen=True, slots=True)
-class _Place:
-    plan: PlacePlan
-    reach: Array
-    """From where the arm is to above the place."""
-    fold: Array
-    """From where it has drawn back to the folded posture."""
 
 
 class Manipulation:
@@ -97,9 +77,7 @@ class Manipulation:
         plan, arm = chosen.plan, chosen.plan.arm
         self._world.permit(arm, (percept.name,))
         try:
-            async with anyio.create_task_group() as tasks:
-                tasks.start_soon(self._motions.fingers, arm, pr2.GRIPPER_OPEN)
-                await self._motions.bend(arm, chosen.reach)
+            await together(self._motions.fingers(arm, pr2.GRIPPER_OPEN), self._motions.bend(arm, chosen.reach))
             await self._motions.bend(arm, plan.approach, _SLOW)
             await self._grasp(arm, percept, plan.in_hand)
             if self._world.held(arm) is None:
@@ -119,6 +97,7 @@ class Manipulation:
             self._beliefs.released(arm)
             raise ObjectLost(held.percept.name if held else "the object", arm)
         name = held.percept.name
+        await self._look(position)
         chosen = await self._plan_place(arm, held, position)
         plan = chosen.plan
         await self._motions.bend(arm, chosen.reach)
@@ -167,71 +146,28 @@ class Manipulation:
         world.set_arm(arm, start)
         if carried is None:
             return folding_path(world, arm, self._rng)
-        return carrying_path(world, arm, start, _radius(carried), self._rng)
+        return carrying_path(world, arm, start, radius(carried), self._rng)
 
     async def _free_arms(self, arms: tuple[Arm, ...]) -> None:
         """Fold the arms that may pick, so that plans start from a known, free posture."""
         for arm in arms:
             await self.fold(arm)
 
-    async def _plan_pick(self, percept: Percept, arms: tuple[Arm, ...]) -> _Pick:
+    async def _plan_pick(self, percept: Percept, arms: tuple[Arm, ...]) -> Pick:
         for arm in arms:
             world = self._beliefs.imagine()
             carrying = self._beliefs.imagine(grasping=(arm, percept.name))
-            world.put(percept.name, frame_of(percept.pose))
-            start = world.arm(arm)
-            async for plan in self._found(plan_pick(world, carrying, percept, arm)):
-                chosen = await self._clock.run_in_thread(
-                    lambda: self._complete_pick(world, carrying, percept, start, plan)  # noqa: B023
-                )
-                if chosen is not None:
-                    return chosen
+            search = find_picks(world, carrying, percept, arm, world.arm(arm), self._rng)
+            async for plan in self._found(search):
+                return plan
         raise Unreachable(percept.name, "no grasp was found that is free of collisions")
 
-    def _complete_pick(
-        self, world: Imagination, carrying: Imagination, percept: Percept, start: Array, plan: PickPlan
-    ) -> _Pick | None:
-        """Add the ways there and back to a plan."""
-        world.set_gripper(plan.arm, pr2.GRIPPER_OPEN)
-        reach = joint_path(world, plan.arm, start, plan.approach[0], self._rng)
-        if reach is None:
-            return None
-        kinematics = world.kinematics[plan.arm]
-        approach = kinematics.unwrap(plan.approach, plan.approach + (reach[-1] - plan.approach[0]))
-        lift = kinematics.unwrap(plan.lift, plan.lift + (approach[-1] - plan.lift[0]))
-        carrying.set_in_hand(plan.arm, plan.in_hand)
-        carry = carrying_path(carrying, plan.arm, lift[-1], _radius(percept), self._rng)
-        if carry is None:
-            return None
-        return _Pick(PickPlan(plan.arm, approach, lift, plan.in_hand), reach, carry)
-
-    async def _plan_place(self, arm: Arm, held: Held, position: Point) -> _Place:
-        world = self._beliefs.imagine(empty=arm)
-        carrying = self._beliefs.imagine()
-        start = carrying.arm(arm)
-        async for plan in self._found(plan_place(world, carrying, held, arm, position)):
-            chosen = await self._clock.run_in_thread(
-                lambda: self._complete_place(world, carrying, start, plan)  # noqa: B023
-            )
-            if chosen is not None:
-                return chosen
+    async def _plan_place(self, arm: Arm, held: Held, position: Point) -> Place:
+        world, carrying = self._beliefs.imagine(empty=arm), self._beliefs.imagine()
+        search = find_places(world, carrying, held, arm, position, carrying.arm(arm), self._rng)
+        async for plan in self._found(search):
+            return plan
         raise Unreachable(f"the place for {held.percept.name}", "no way of putting it down was found")
-
-    def _complete_place(
-        self, world: Imagination, carrying: Imagination, start: Array, plan: PlacePlan
-    ) -> _Place | None:
-        """Add the ways there and back to a plan."""
-        reach = upright_path(carrying, plan.arm, start, plan.lower[0], self._rng)
-        if reach is None:
-            return None
-        kinematics = carrying.kinematics[plan.arm]
-        lower = kinematics.unwrap(plan.lower, plan.lower + (reach[-1] - plan.lower[0]))
-        retreat = kinematics.unwrap(plan.retreat, plan.retreat + (lower[-1] - plan.retreat[0]))
-        world.set_arm(plan.arm, retreat[-1])
-        fold = folding_path(world, plan.arm, self._rng)
-        if fold is None:
-            return None
-        return _Place(PlacePlan(plan.arm, lower, retreat, plan.placed), reach, fold)
 
     async def _grasp(self, arm: Arm, percept: Percept, in_hand: Frame) -> None:
         """Close the fingers; shielded from cancellation for `_CLOSING` + `_PRESSING` seconds at most."""
@@ -250,8 +186,9 @@ class Manipulation:
         await self._motions.fingers(arm, pr2.GRIPPER_OPEN)
 
     async def _verify(self, name: str, position: Point) -> None:
+        middle = (position[0], position[1], position[2] + self._beliefs.seen[name].extent[2] / 2)
         for _ in range(2):
-            seen = next((percept for percept in await self._look(position) if percept.name == name), None)
+            seen = next((percept for percept in await self._look(middle) if percept.name == name), None)
             if seen is not None:
                 break
         else:
@@ -268,10 +205,6 @@ class Manipulation:
         while (step := await self._clock.run_in_thread(lambda: next(steps, None))) is not None:
             if step[1] is not None:
                 yield step[1]
-
-
-def _radius(percept: Percept) -> float:
-    return float(np.hypot(percept.extent[0], percept.extent[1])) / 2
 
 
 def _at(percept: Percept, frame: Frame) -> Percept:

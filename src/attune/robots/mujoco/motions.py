@@ -1,15 +1,17 @@
 """The parts of the body as things to move: base, head, torso, arms, grippers."""
 
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Coroutine, Sequence
+from typing import Any
 
+import anyio
 import numpy as np
 from numpy.typing import NDArray
 
-from attune.robots.interface import Arm, BasePose, Point
+from attune.robots.interface import Arm, BasePose, Point, RobotFailure
 from attune.robots.mujoco import pr2
 from attune.robots.mujoco.controller import Controller
 from attune.robots.mujoco.frames import torso_frame
-from attune.robots.mujoco.trajectory import Limits, plan_trajectory
+from attune.robots.mujoco.trajectory import Limits, Trajectory, plan_trajectory
 from attune.robots.mujoco.world import World
 
 Array = NDArray[np.float64]
@@ -17,7 +19,7 @@ Array = NDArray[np.float64]
 _SHARE = 0.6
 """Share of the joints' highest velocity that motions use."""
 _ARM_ACCELERATION = 4.0
-_BASE = Limits(np.array([0.5, 0.5, 0.9]), np.array([0.7, 0.7, 1.4]))
+BASE_LIMITS = Limits(np.array([0.5, 0.5, 0.9]), np.array([0.7, 0.7, 1.4]))
 _HEAD = Limits(np.array([2.0, 2.0]), np.array([8.0, 8.0]))
 _TORSO = Limits(np.array([pr2.SERVOS[pr2.TORSO].speed]), np.array([0.1]))
 _FINGERS = Limits(np.array([pr2.GRIPPER_SPEED]), np.array([1.0]))
@@ -25,6 +27,24 @@ _EYE = (0.0732, 0.0845)
 """The camera in the frame of the head's tilt: ahead, up [m]."""
 _NECK = (-0.01707, 0.38145, 0.068)
 """The pan axis in the torso's frame (ahead, up), and the tilt axis ahead of it [m]."""
+
+
+async def together(*actions: Coroutine[Any, Any, None]) -> None:
+    """Run actions at the same time; the first failure ends the others and is raised, not wrapped in a group."""
+    failures: list[RobotFailure] = []
+
+    async def one(action: Coroutine[Any, Any, None]) -> None:
+        try:
+            await action
+        except RobotFailure as failure:
+            failures.append(failure)
+            tasks.cancel_scope.cancel()
+
+    async with anyio.create_task_group() as tasks:
+        for action in actions:
+            tasks.start_soon(one, action)
+    if failures:
+        raise failures[0]
 
 
 class Motions:
@@ -50,9 +70,9 @@ class Motions:
         """Wait for a condition; False when it does not hold within that time [s]."""
         return await self._controller.until(condition, within)
 
-    async def drive(self, path: Array) -> None:
-        """Move the base along x, y, yaw, shape (n, 3)."""
-        await self._controller.follow(pr2.BASE_JOINTS, plan_trajectory(path, _BASE, blend=0.5))
+    async def drive(self, trajectory: Trajectory) -> None:
+        """Move the base."""
+        await self._controller.follow(pr2.BASE_JOINTS, trajectory)
 
     async def bend(self, arm: Arm, path: Array, speed: float = 1.0) -> None:
         """Move an arm along configurations, shape (n, 7), at a share of the usual speed."""

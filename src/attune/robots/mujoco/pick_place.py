@@ -124,13 +124,13 @@ def finish_pick(world: Imagination, carrying: Imagination, percept: Percept, sta
     if back is None or rise is None or not world.all_free(arm, back):
         return None
     world.set_arm(arm, start.keys[0])
-    meets = world.pads_meet(arm, percept.name)
+    gap = world.pads_meet(arm, percept.name)
     world.set_gripper(arm, pr2.GRIPPER_OPEN)
-    if not meets:
+    if gap is None:
         return None
     in_hand = grasp.inverse() @ frame_of(percept.pose)
     carrying.set_in_hand(arm, in_hand)
-    carrying.set_gripper(arm, 0.0)
+    carrying.set_gripper(arm, gap)
     if not carrying.all_free(arm, rise[1:]):
         return None
     return PickPlan(arm, back[::-1], rise, in_hand)

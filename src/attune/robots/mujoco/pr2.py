@@ -122,7 +122,7 @@ def _servos() -> dict[str, Servo]:
 SERVOS: Mapping[str, Servo] = MappingProxyType(_servos())
 """Of every joint but the fingers'."""
 
-TORSO_HEIGHT = 0.2
+TORSO_HEIGHT = 0.3
 """The torso's usual height above its lowest [m]; it lifts so slowly that it is best left there."""
 PARKED: Mapping[Arm, tuple[float, ...]] = MappingProxyType(
     {

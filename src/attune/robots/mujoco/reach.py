@@ -11,21 +11,11 @@ from numpy.typing import NDArray
 
 from attune.robots.interface import Arm, BasePose, Percept, Point
 from attune.robots.mujoco import pr2
-from attune.robots.mujoco.arm_paths import joint_path, upright_path
 from attune.robots.mujoco.beliefs import Held
 from attune.robots.mujoco.carry import FOLDED
 from attune.robots.mujoco.costmap import Costmap, Footprint
-from attune.robots.mujoco.grasps import grasps_for
 from attune.robots.mujoco.imagination import Imagination
-from attune.robots.mujoco.pick_place import (
-    LIFTS,
-    PickPlan,
-    PlacePlan,
-    finish_pick,
-    finish_place,
-    pick_starts,
-    place_starts,
-)
+from attune.robots.mujoco.whole_motions import find_picks, find_places
 
 Array = NDArray[np.float64]
 
@@ -36,8 +26,8 @@ _OUTWARD, _INWARD = 2.0, 0.5
 """How far the target may be to the arm's own side and to the other [rad]."""
 _CLEARANCE = 0.045
 """Kept from obstacles where the robot stops [m]."""
-_STARTS = 60
-"""Candidates of an arm motion that are tried from one base pose."""
+_COMPLETIONS = 3
+"""Candidates of an arm motion that are tried to the end from one base pose."""
 _POSES = 60
 """Base poses that are tried."""
 _LOOK_NEAREST, _LOOK_FARTHEST = 0.6, 1.3
@@ -74,32 +64,6 @@ def stances(
     return np.asarray(poses[free[np.argsort(cost[free])]])
 
 
-def plan_pick(
-    world: Imagination, carrying: Imagination, percept: Percept, arm: Arm, tries: int = _STARTS
-) -> Iterator[PickPlan | None]:
-    """Search for a way to pick an object up from where the base stands in both imagined worlds."""
-    grasps = grasps_for(percept)
-    for lift in LIFTS:
-        starts = pick_starts(world, arm, grasps, lift)
-        for start in starts[:tries]:
-            yield finish_pick(world, carrying, percept, start)
-
-
-def plan_place(
-    world: Imagination,
-    carrying: Imagination,
-    held: Held,
-    arm: Arm,
-    position: Point,
-    tries: int = _STARTS,
-) -> Iterator[PlacePlan | None]:
-    """Search for a way to put an object down from where the base stands in both imagined worlds."""
-    for lift in LIFTS:
-        starts = place_starts(carrying, arm, held.in_hand, held.upright, position, lift)
-        for start in starts[:tries]:
-            yield finish_place(world, carrying, held.in_hand, held.percept.name, start)
-
-
 def pick_poses(
     worlds: dict[Arm, tuple[Imagination, Imagination]],
     costmap: Costmap,
@@ -111,8 +75,8 @@ def pick_poses(
 
     def prove(arm: Arm) -> bool:
         world, carrying = worlds[arm]
-        plan = next((plan for plan in plan_pick(world, carrying, percept, arm) if plan), None)
-        return plan is not None and joint_path(world, arm, FOLDED[arm], plan.approach[0], rng) is not None
+        search = find_picks(world, carrying, percept, arm, FOLDED[arm], rng, completions=_COMPLETIONS)
+        return any(plan is not None for plan in search)
 
     yield from _proven(worlds, costmap, body, percept.pose.position, prove, rng)
 
@@ -132,8 +96,8 @@ def place_poses(
 
     def prove(_: Arm) -> bool:
         carrying.set_arm(arm, posture)
-        plan = next((p for p in plan_place(world, carrying, held, arm, position) if p), None)
-        return plan is not None and upright_path(carrying, arm, posture, plan.lower[0], rng) is not None
+        search = find_places(world, carrying, held, arm, position, posture, rng, completions=_COMPLETIONS)
+        return any(plan is not None for plan in search)
 
     yield from _proven({arm: worlds}, costmap, body, position, prove, rng)
 

@@ -1,6 +1,6 @@
 """The PR2 in the simulated kitchen, behind the Robot interface."""
 
-from collections.abc import Iterator, Sequence
+from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import replace
 from typing import TypeVar
 
@@ -29,19 +29,18 @@ from attune.robots.interface import (
     RobotStatus,
     Target,
     UnknownTarget,
-    Unreachable,
 )
 from attune.robots.mujoco.beliefs import Beliefs
 from attune.robots.mujoco.carry import FOLDED
 from attune.robots.mujoco.controller import Controller
 from attune.robots.mujoco.costmap import footprint
-from attune.robots.mujoco.driving import Driving
-from attune.robots.mujoco.frames import frame_of
+from attune.robots.mujoco.driving import Driving, find_way
 from attune.robots.mujoco.manipulation import Manipulation
 from attune.robots.mujoco.motions import Motions
 from attune.robots.mujoco.perception import PERIOD, CameraSettings, Perception
 from attune.robots.mujoco.reach import look_poses, pick_poses, place_poses
 from attune.robots.mujoco.world import World
+from attune.robots.simulated import TrueObject
 
 T = TypeVar("T")
 
@@ -111,6 +110,18 @@ class MujocoRobot(Robot):
         """Go on."""
         self._controller.resume()
 
+    def true_objects(self) -> Mapping[str, TrueObject]:
+        """The truth about the objects: for judges, not for the robot."""
+        return self.world.true_objects()
+
+    def speed(self) -> float:
+        """The fastest motion of any joint now [m/s or rad/s]."""
+        return self.world.speed()
+
+    def commanded_speed(self) -> float:
+        """The share of the planned speed that is commanded now; 0 when nothing is to move."""
+        return self._controller.commanded_speed
+
     def _touched(self) -> RobotFailure | None:
         contacts = self.world.forbidden_contacts()
         return Collision(*contacts[0]) if contacts else None
@@ -129,7 +140,6 @@ class MujocoRobot(Robot):
                     world = self._beliefs.imagine()
                     for free in self._beliefs.free_arms:
                         world.set_arm(free, FOLDED[free])
-                    world.put(percept.name, frame_of(percept.pose))
                     carrying = self._beliefs.imagine(grasping=(arm, percept.name))
                     worlds[arm] = (world, carrying)
                 if not worlds:
@@ -151,13 +161,17 @@ class MujocoRobot(Robot):
                 raise UnknownTarget("container", container, [box.name for box in self._scene.containers])
 
     async def _first(self, search: Iterator[BasePose | None]) -> tuple[BasePose, ...]:
+        """The first results to which a way leads."""
+        costmap, body = await self._driving.floor()
+        now = self._motions.base
         found: list[BasePose] = []
         steps = enumerate(search)
-        while (step := await self._clock.run_in_thread(lambda: next(steps, None))) is not None:
-            if step[1] is not None:
-                found.append(step[1])
-            if len(found) == _POSES:
-                break
+        while len(found) < _POSES and (step := await self._clock.run_in_thread(lambda: next(steps, None))) is not None:
+            pose = step[1]
+            if pose is None:
+                continue
+            if await self._clock.run_in_thread(lambda: find_way(costmap, body, now, pose)) is not None:  # noqa: B023
+                found.append(pose)
         return tuple(found)
 
     # --- acting -------------------------------------------------------------------------------------------------

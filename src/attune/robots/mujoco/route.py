@@ -17,8 +17,8 @@ from attune.robots.mujoco.costmap import RESOLUTION, Costmap, Footprint, Mask
 
 Array = NDArray[np.float64]
 
-_MARGIN = 0.03
-"""Kept from obstacles on the way [m]."""
+MARGINS = (0.05, 0.02, 0.08)
+"""Kept from obstacles on the way [m]: the usual one, the one for narrow places, and one for where cells deceive."""
 _TIGHT = 0.0
 """Kept where the start or the goal is nearer than the margin [m]."""
 _NEARNESS_COST = 2.0
@@ -28,15 +28,17 @@ _LOOK_FORWARD = 1.2
 _NEIGHBOURS = ((1, 0), (0, 1), (1, 1), (1, -1))
 
 
-def find_route(costmap: Costmap, body: Footprint, start: BasePose, goal: BasePose) -> Array | None:
+def find_route(
+    costmap: Costmap, body: Footprint, start: BasePose, goal: BasePose, margin: float = MARGINS[0]
+) -> Array | None:
     """Waypoints (x, y and unwrapped yaw) from start to goal, both included, shape (n, 3); None if there is no way."""
     direct = np.array([[start.x, start.y, start.yaw], [goal.x, goal.y, start.yaw + _turn(start.yaw, goal.yaw)]])
     if np.linalg.norm(direct[1, :2] - direct[0, :2]) < _LOOK_FORWARD:
         line = np.linspace(direct[0], direct[1], 30)
-        if costmap.clearance(line, body).min() > min(_MARGIN, costmap.clearance(direct, body).min() - 0.01):
+        if costmap.clearance(line, body).min() >= min(margin, max(0.0, costmap.clearance(direct, body).min())):
             return direct
-    turning = costmap.free_turning(body, _MARGIN)
-    layers = np.stack((_free_from(costmap, body, start), turning, _free_from(costmap, body, goal)))
+    turning = costmap.free_turning(body, margin)
+    layers = np.stack((_free_from(costmap, body, start, margin), turning, _free_from(costmap, body, goal, margin)))
     cells = _search(costmap, layers, start, goal)
     if cells is None:
         return None
@@ -53,9 +55,9 @@ def find_route(costmap: Costmap, body: Footprint, start: BasePose, goal: BasePos
     return _with_yaw(pieces, start.yaw, goal.yaw)
 
 
-def _free_from(costmap: Costmap, body: Footprint, pose: BasePose) -> Mask:
+def _free_from(costmap: Costmap, body: Footprint, pose: BasePose, margin: float) -> Mask:
     """Cells where the robot fits at the pose's yaw; around the pose itself without margin."""
-    free = costmap.free_at(pose.yaw, body, _MARGIN)
+    free = costmap.free_at(pose.yaw, body, margin)
     row, column = costmap.cell(np.array([pose.x, pose.y]))
     reach = int(0.3 / RESOLUTION)
     i, j = np.meshgrid(

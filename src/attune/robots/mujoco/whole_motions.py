@@ -1,0 +1,183 @@
+"""Picking up and putting down from posture to posture: the straight parts and the ways there and back.
+
+The searches are iterators: each step is one short piece of work, so that a caller can run them off the event loop and
+stop between any two steps. A step yields a whole motion that is free of collisions, or None.
+"""
+
+from collections.abc import Iterator
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+from attune.robots.interface import Arm, Percept, Point
+from attune.robots.mujoco import pr2
+from attune.robots.mujoco.arm_paths import joint_path, upright_path
+from attune.robots.mujoco.beliefs import Held
+from attune.robots.mujoco.carry import carrying_path, folding_path
+from attune.robots.mujoco.frames import frame_of
+from attune.robots.mujoco.grasps import grasps_for
+from attune.robots.mujoco.imagination import Imagination
+from attune.robots.mujoco.pick_place import (
+    LIFTS,
+    PickPlan,
+    PlacePlan,
+    finish_pick,
+    finish_place,
+    pick_starts,
+    place_starts,
+)
+
+Array = NDArray[np.float64]
+
+_STARTS = 60
+"""Candidates of the straight part that are tried, for each height of lifting."""
+
+
+@dataclass(frozen=True, slots=True)
+class Pick:
+    """A whole picking motion.
+
+    Attributes:
+        reach: From where the arm is to the beginning of the approach, shape (n, 7).
+        plan: The straight part.
+        carry: From the lifted posture to one for driving, shape (m, 7).
+    """
+
+    reach: Array
+    plan: PickPlan
+    carry: Array
+
+
+@dataclass(frozen=True, slots=True)
+class Place:
+    """A whole placing motion.
+
+    Attributes:
+        reach: From where the arm is to above the place, shape (n, 7).
+        plan: The straight part.
+        fold: From where it has drawn back to the folded posture, shape (m, 7).
+    """
+
+    reach: Array
+    plan: PlacePlan
+    fold: Array
+
+
+def radius(percept: Percept) -> float:
+    """Of the circle around an object's middle that it fits into, seen from above [m]."""
+    return float(np.hypot(percept.extent[0], percept.extent[1])) / 2
+
+
+def find_picks(
+    world: Imagination,
+    carrying: Imagination,
+    percept: Percept,
+    arm: Arm,
+    posture: Array,
+    rng: np.random.Generator,
+    completions: int = 12,
+) -> Iterator[Pick | None]:
+    """Ways to pick an object up from where the base stands.
+
+    Args:
+        world: The object stands where it was seen.
+        carrying: Made with the object in this arm's gripper.
+        percept: The object.
+        arm: The arm.
+        posture: Its configuration at the beginning.
+        rng: For the searches.
+        completions: How many candidates of the straight part are tried to the end.
+    """
+    world.put(percept.name, frame_of(percept.pose))
+    world.aim_at(percept.name)
+    grasps = grasps_for(percept)
+    for lift in LIFTS:
+        for start in pick_starts(world, arm, grasps, lift)[:_STARTS]:
+            plan = finish_pick(world, carrying, percept, start)
+            if plan is None:
+                continue
+            yield _with_ways(world, carrying, percept, posture, plan, rng)
+            completions -= 1
+            if completions <= 0:
+                return
+        yield None
+
+
+def find_places(
+    world: Imagination,
+    carrying: Imagination,
+    held: Held,
+    arm: Arm,
+    position: Point,
+    posture: Array,
+    rng: np.random.Generator,
+    completions: int = 12,
+) -> Iterator[Place | None]:
+    """Ways to put an object down from where the base stands.
+
+    Args:
+        world: Made without the object in the gripper.
+        carrying: Made with it.
+        held: The object.
+        arm: The arm.
+        position: Where its bottom's middle shall be.
+        posture: The arm's configuration at the beginning.
+        rng: For the searches.
+        completions: How many candidates of the straight part are tried to the end.
+    """
+    carrying.set_arm(arm, posture)
+    world.aim_at(held.percept.name)
+    for lift in LIFTS:
+        for start in place_starts(carrying, arm, held.in_hand, held.upright, position, lift)[:_STARTS]:
+            plan = finish_place(world, carrying, held.in_hand, held.percept.name, start)
+            if plan is None:
+                continue
+            yield _from_and_to(world, carrying, posture, plan, rng)
+            completions -= 1
+            if completions <= 0:
+                return
+        yield None
+
+
+def _with_ways(
+    world: Imagination,
+    carrying: Imagination,
+    percept: Percept,
+    posture: Array,
+    plan: PickPlan,
+    rng: np.random.Generator,
+) -> Pick | None:
+    arm = plan.arm
+    world.set_gripper(arm, pr2.GRIPPER_OPEN)
+    reach = joint_path(world, arm, posture, plan.approach[0], rng)
+    if reach is None:
+        return None
+    approach = _turned(plan.approach, reach[-1])
+    lift = _turned(plan.lift, approach[-1])
+    carrying.set_in_hand(arm, plan.in_hand)
+    carry = carrying_path(carrying, arm, lift[-1], radius(percept), rng)
+    if carry is None:
+        return None
+    return Pick(reach, PickPlan(arm, approach, lift, plan.in_hand), carry)
+
+
+def _from_and_to(
+    world: Imagination, carrying: Imagination, posture: Array, plan: PlacePlan, rng: np.random.Generator
+) -> Place | None:
+    reach = upright_path(carrying, plan.arm, posture, plan.lower[0], rng)
+    if reach is None:
+        return None
+    lower = _turned(plan.lower, reach[-1])
+    retreat = _turned(plan.retreat, lower[-1])
+    world.set_arm(plan.arm, retreat[-1])
+    fold = folding_path(world, plan.arm, rng)
+    if fold is None:
+        return None
+    return Place(reach, PlacePlan(plan.arm, lower, retreat, plan.placed), fold)
+
+
+def _turned(path: Array, first: Array) -> Array:
+    """A path with its continuous joints turned by whole turns so that it goes on from `first`."""
+    turns = np.round((first - path[0]) / (2 * np.pi))
+    return np.asarray(path + 2 * np.pi * turns)
