@@ -191,7 +191,6 @@ def test_put_back_returns_what_was_delivered_last(make_kitchen):
         (bring("purple cup"), "not_found"),
         (bring("red cup", to="moon"), "unknown_place"),
         (BringMe(time=0.0, objects=(ObjectSpec(type="cup", location="moon"),)), "unknown_place"),
-        (bring("yellow bread", to="countertop"), "already_there"),
         (BringMe(time=0.0, objects=()), "nothing_to_do"),
         (BringMe(time=0.0, objects=(ObjectSpec(),)), "unknown_object"),
         (ReplaceObject(time=0.0, remove=spec("cup"), add=spec("purple bowl")), "not_found"),
@@ -214,6 +213,23 @@ def test_what_cannot_be_done_is_refused_with_its_reason(make_kitchen, command: C
     kitchen.play(script)
     assert kitchen.of(command) == [("refused", reason)]
     assert kitchen.moved() == {}
+
+
+def test_what_is_expected_to_stand_there_is_looked_at_and_not_moved(make_kitchen):
+    kitchen = make_kitchen()
+    command, again = bring("yellow bread", to="countertop"), bring("yellow bread", to="countertop")
+
+    async def script():
+        kitchen.say(command)
+        await kitchen.settle()
+        kitchen.say(again)
+        await kitchen.clock.sleep(1.0)
+
+    kitchen.play(script)
+    assert kitchen.moved() == {}
+    assert kitchen.of(command) == [("accepted", ""), ("done", "already_there")]
+    assert kitchen.of(again) == [("refused", "already_there")]
+    assert kitchen.states[-1].step == "already_done"
 
 
 def test_a_refusal_offers_the_nearest_thing_that_exists(make_kitchen):

@@ -237,9 +237,12 @@ def test_what_is_taken_out_of_the_gripper_is_noticed_and_found(make_kitchen):
         await kitchen.clock.sleep(1.0)
         assert not kitchen.states[-1].holding
         await kitchen.settle()
+        assert kitchen.where("red_cup") == "table"
+        kitchen.say(PutBack(time=0.0))
+        await kitchen.settle()
 
     kitchen.play(script)
-    assert kitchen.where("red_cup") == "table"
+    assert kitchen.moved() == {}
     kitchen.check_nothing_lost()
 
 

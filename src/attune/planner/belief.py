@@ -245,4 +245,6 @@ class Belief:
 
 
 def _gone(item: Individual) -> Individual:
-    return replace(item, surface="", position=None, held_by="", confidence=VANISHED)
+    # What fell from the gripper or was taken from it still belongs where the robot found it.
+    displaced = item.displaced or bool(item.held_by)
+    return replace(item, surface="", position=None, held_by="", confidence=VANISHED, displaced=displaced)

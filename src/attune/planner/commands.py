@@ -126,7 +126,9 @@ class Rules:
                 return agenda.change(delivery.id, **changes), Verdict("accepted", object=spec, place=place)
         reserved = agenda.reserved | excluded
         fitting = candidates(self.belief, spec, reserved)
-        fetchable = [item for item in fitting if not is_delivered(self.scene, item, place)]
+        # What is only expected to stand there already is looked at first, and comes last.
+        there = [item for item in fitting if is_delivered(self.scene, item, place)]
+        fetchable = [item for item in fitting if item not in there] + [item for item in there if item.seen is None]
         if fetchable or self._may_be_there(spec):
             individual = fetchable[0].name if fetchable else ""
             wanted = _delivery(command, spec, place, individual)

@@ -101,13 +101,23 @@ def home_spots(scene: Scene, belief: Belief, item: Individual) -> Iterator[Spot]
     """Free spots to return an object to: where it stood, else near that, else anywhere on a surface like it."""
     surface = scene.surface(item.home.surface) if item.home.surface else scene.surfaces[0]
     origin = item.home.position or middle(surface)
-    if item.home.position and _is_still_free(belief, surface, origin, item):
+    if item.home.position and is_clear(belief, Spot(surface, origin), item):
         yield Spot(surface, origin)
     others = [other for other in scene.surfaces_at(surface.place) if other.name != surface.name]
     open_ones = [other for other in scene.surfaces if not other.container and other not in (surface, *others)]
     for option in (surface, *others, *open_ones):
         near = sorted(_grid(option), key=lambda point: math.dist(point, origin))
         yield from (Spot(option, point) for point in near if _is_free(belief, option, point, item))
+
+
+def is_clear(belief: Belief, spot: Spot, item: Individual) -> bool:
+    """Whether nothing stands in a spot that was chosen, or where the object stood before; neighbours may be close."""
+    return all(
+        other.position is None
+        or other.name == item.name
+        or math.dist(other.position[:2], spot.position[:2]) >= (min(item.extent[:2]) + min(other.extent[:2])) / 2 + 0.02
+        for other in belief.on(spot.surface.name)
+    )
 
 
 def middle(surface: Surface) -> Point:
@@ -146,16 +156,6 @@ def _is_free(belief: Belief, surface: Surface, point: Point, item: Individual | 
         other.position is None
         or (item is not None and other.name == item.name)
         or math.dist(other.position[:2], point[:2]) >= own + _radius(other.extent) + GAP
-        for other in belief.on(surface.name)
-    )
-
-
-def _is_still_free(belief: Belief, surface: Surface, point: Point, item: Individual) -> bool:
-    """Whether nothing was put where an object stood before; its old neighbours may be close."""
-    return all(
-        other.position is None
-        or other.name == item.name
-        or math.dist(other.position[:2], point[:2]) >= (min(item.extent[:2]) + min(other.extent[:2])) / 2 + 0.02
         for other in belief.on(surface.name)
     )
 

@@ -91,14 +91,14 @@ class Desk:
         self.agenda = self.agenda.change(goal.delivery, individual=individual)
         self.refresh()
 
-    def close(self, goal: Goal, item: Individual) -> None:
+    def close(self, goal: Goal, item: Individual, reason: OutcomeReason = "") -> None:
         """The object of a goal is where it belongs."""
         delivery = self.agenda.get(goal.delivery)
         place = self.belief.place_of(self.belief.get(item.name) or item)
         returned = delivery.status == "returning"
         self.agenda = self.agenda.change(goal.delivery, status="returned" if returned else "delivered")
         if not returned or delivery.kind in {"put_back", "cancel_object"}:
-            self._tell_delivery(delivery, "done", place=place)
+            self._tell_delivery(delivery, "done", reason, place=place)
         self._tell_end(delivery)
         self.refresh()
 

@@ -7,6 +7,7 @@ and the user is told. A stop has its own path: an inline handler that waits for 
 from collections.abc import Callable
 
 import anyio
+from anyio.abc import TaskStatus
 
 from attune.core.bus import COMMAND, ROBOT_STOP, Bus
 from attune.core.messages import CarryOn, Command, Stop, StopSignal
@@ -38,11 +39,12 @@ class InterruptClient:
         self.paused = False
         """A stop was only spotted."""
 
-    async def run(self) -> None:
-        """Listen until cancelled."""
+    async def run(self, *, task_status: TaskStatus[None] = anyio.TASK_STATUS_IGNORED) -> None:
+        """Listen until cancelled; started once nothing can be missed any more."""
         unsubscribe: Callable[[], None] = self._bus.on(ROBOT_STOP, self._on_stop)
         try:
             with self._bus.subscribe(COMMAND) as commands:
+                task_status.started()
                 async for command in commands:
                     self._on_command(command)
         finally:

@@ -33,11 +33,11 @@ class Planner:
         self._client = InterruptClient(bus, self._desk, self._skills, Rules(scene, self._desk.belief, config))
 
     async def run(self) -> None:
-        """Work until cancelled."""
-        self._desk.board.update(step="idle")
-        self._desk.belief.publish()
+        """Work until cancelled. Commands count from the first published state on."""
         async with anyio.create_task_group() as group:
-            group.start_soon(self._client.run)
+            await group.start(self._client.run)
+            self._desk.board.update(step="idle")
+            self._desk.belief.publish()
             await self._work()
 
     async def _work(self) -> None:

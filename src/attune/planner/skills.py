@@ -8,7 +8,7 @@ from typing import Literal, TypeVar
 from attune.core.clock import Clock
 from attune.core.scene import Scene, Surface
 from attune.planner.belief import Belief, Individual
-from attune.planner.designators import Spot, look_points, middle
+from attune.planner.designators import Spot, is_clear, look_points, middle
 from attune.planner.plan import Node, Part, monitor, try_in_order
 from attune.planner.state import StateBoard
 from attune.robots.interface import (
@@ -85,9 +85,12 @@ class Skills:
         return self._watching_hands("move", Part("move", body))
 
     def at_base_pose(
-        self, name: str, target: Target, act: Callable[[], Part[T]], place: str, keep_open: str = ""
+        self, name: str, target: Target, act: Callable[[], Part[T]], place: str, keep_open: str = "", skip: int = 0
     ) -> Part[T]:
-        """Drive to where the target can be reached and act; from the next best pose when that does not work."""
+        """Drive to where the target can be reached and act; from the next best pose when that does not work.
+
+        The `skip` best poses come last.
+        """
 
         def attempt(pose: BasePose) -> Part[T]:
             async def body(node: Node) -> T:
@@ -101,7 +104,7 @@ class Skills:
             poses = await self.robot.base_poses(target)
             if not poses:
                 raise Unreachable(name, "there is no pose for the base")
-            tries = [attempt(pose) for pose in poses[:POSES_TRIED]]
+            tries = [attempt(pose) for pose in (*poses[skip:], *poses[:skip])[:POSES_TRIED]]
             return await node.do(try_in_order("pose by pose", *tries, on=(PathBlocked, Unreachable, ContainerStuck)))
 
         return Part(name, body)
@@ -164,30 +167,37 @@ class Skills:
 
         The value is what was found, or None.
         """
+        seen: dict[str, Individual] = {}
+
+        def all_seen() -> bool:
+            return all(item.name in seen for item in self.belief.on(surface.name))
 
         async def look(_: Node) -> Individual | None:
             self.board.update()
-            seen: list[Individual] = []
             for point in look_points(surface):
                 for _attempt in range(2):  # A camera may miss what is there.
                     await self.robot.look_at(point)
-                    seen.extend(self.belief.observe(await self.robot.perceive()))
-                    fitting = [item for item in seen if found(item)]
+                    now = self.belief.observe(await self.robot.perceive())
+                    seen.update((item.name, item) for item in now)
+                    fitting = [item for item in now if found(item)]
                     if fitting:
                         return fitting[0]
-                    if {item.name for item in self.belief.on(surface.name)} <= {item.name for item in seen}:
+                    if all_seen():
                         break
-            self.belief.missing(surface.name, seen)
             return None
 
         async def body(node: Node) -> Individual | None:
             await node.do(self.open_for(surface))
-            target = LookTarget(middle(surface))
-            return await node.do(
-                self.at_base_pose(
-                    "look there", target, lambda: Part("look", look), surface.place, keep_open=surface.container
+            target, container = LookTarget(middle(surface)), surface.container
+            for view in range(2):  # From the second, what was hidden may be seen.
+                part = self.at_base_pose(
+                    "look there", target, lambda: Part("look", look), surface.place, container, view
                 )
-            )
+                fitting = await node.do(part)
+                if fitting or all_seen():
+                    return fitting
+            self.belief.missing(surface.name, seen.values())
+            return None
 
         return Part(f"look over {surface.name}", body)
 
@@ -232,7 +242,7 @@ class Skills:
 
         return Part(f"pick up {item.name}", body)
 
-    def place(self, item: Individual, arm: Arm, spot: Spot, is_free: Callable[[], bool]) -> Part[None]:
+    def place(self, item: Individual, arm: Arm, spot: Spot) -> Part[None]:
         """Open what it goes into, drive there, look whether the spot is free, and put it down."""
         surface = spot.surface
 
@@ -240,7 +250,7 @@ class Skills:
             self.board.update()
             await self.robot.look_at(spot.position)
             self.belief.observe(await self.robot.perceive())
-            if not is_free():
+            if not is_clear(self.belief, spot, item):
                 raise Unreachable("the spot", "something stands there")
             self.placing = spot
             with self._moving(arm=True):

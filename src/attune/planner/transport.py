@@ -56,7 +56,7 @@ class Transport:
                 item = await node.do(self._search())
                 if self._is_there(item) and not self._must_lift:
                     board.update(step="already_done")
-                    self._desk.close(self._goal, item)
+                    self._desk.close(self._goal, item, "" if item.displaced else "already_there")
                     return
                 item = await node.do(self._fetch(item, number))
             await node.do(self._deliver(item))
@@ -144,14 +144,11 @@ class Transport:
         return Part("deliver", body)
 
     def _put(self, item: Individual, spot: Spot) -> Part[None]:
-        def is_free() -> bool:
-            return any(free == spot for free in self._spots(item))
-
         async def body(node: Node) -> None:
             if not item.held_by:
                 raise ObjectNotThere(item.name)
             try:
-                await node.do(self._skills.place(item, item.held_by, spot, is_free))
+                await node.do(self._skills.place(item, item.held_by, spot))
             except PlacementFailed:
                 self._must_lift = True
                 raise
