@@ -20,7 +20,7 @@ Mask = NDArray[np.bool_]
 
 RESOLUTION = 0.05
 """Edge of a cell [m]."""
-_HEIGHTS = (0.03, 0.34, 0.6, 0.78, 0.95, 1.1, 1.3, 1.8)
+_HEIGHTS = (0.03, 0.34, 0.6, 0.73, 0.86, 0.95, 1.03, 1.12, 1.3, 1.8)
 """Borders of the slabs [m]."""
 _OPEN = 2.0
 """Distance where there is no obstacle [m]."""

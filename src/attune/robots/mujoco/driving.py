@@ -118,6 +118,8 @@ class Driving:
 
 def find_way(costmap: Costmap, body: Footprint, start: BasePose, goal: BasePose) -> Way | None:
     """The first route with room on all of it, its corners rounded as far as there is room; None if there is none."""
+    ends = np.array([[pose.x, pose.y, pose.yaw] for pose in (start, goal)])
+    narrowest = min(_NARROWEST, float(costmap.clearance(ends, body).min()) - 0.015)
     best: Way | None = None
     for margin in MARGINS:
         route = find_route(costmap, body, start, goal, margin)
@@ -130,7 +132,7 @@ def find_way(costmap: Costmap, body: Footprint, start: BasePose, goal: BasePose)
                 return Way(trajectory, room)
             if best is None or room > best.room:
                 best = Way(trajectory, room)
-    return best if best is not None and best.room > _NARROWEST else None
+    return best if best is not None and best.room > narrowest else None
 
 
 def _near(yaw: float, line: Array) -> float:

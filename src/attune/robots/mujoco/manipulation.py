@@ -39,6 +39,8 @@ _PRESSING = 0.4
 """Longest wait for both pads to press [s]."""
 _MISPLACED = 0.04
 """Farther than this from where it should stand, a placement has failed [m]."""
+_SHIFTED = 0.06
+"""Farther than this the fingers do not move an object when they close [m]."""
 _TILTED = np.cos(np.radians(20.0))
 
 
@@ -88,7 +90,20 @@ class Manipulation:
             self._world.permit(arm, ())
         await self._motions.bend(arm, plan.lift, _SLOW)
         await self._motions.bend(arm, chosen.carry)
+        await self._look_in_hand(arm)
         return arm
+
+    async def _look_in_hand(self, arm: Arm) -> None:
+        """See how the object lies in the hand: the fingers may have moved it when they closed."""
+        held = self._beliefs.held[arm]
+        hand = self._beliefs.imagine().tool(arm)
+        at = hand @ held.in_hand
+        x, y, z = (float(v) for v in at.position)
+        for seen in await self._look((x, y, z + held.percept.extent[2] / 2)):
+            if seen.name == held.percept.name:
+                in_hand = hand.inverse() @ frame_of(seen.pose)
+                if np.linalg.norm(in_hand.position - held.in_hand.position) < _SHIFTED:
+                    self._beliefs.grasped(arm, held.percept, in_hand)
 
     async def place(self, arm: Arm, position: Point) -> None:
         """Put down, let go, draw back, verify. See `Robot.place`."""

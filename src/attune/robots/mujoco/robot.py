@@ -48,6 +48,8 @@ _STANDSTILL = 0.01
 """A robot whose joints are all slower than this stands still [rad/s or m/s]."""
 _POSES = 3
 """Base poses that a search gives."""
+_CUT_OFF = 6
+"""Base poses without a way to them after which a search is given up."""
 _SURFACE_ERROR = 0.015
 """An object seen less than this over or under a surface stands on it [m]."""
 _LOOKS = 3
@@ -166,12 +168,19 @@ class MujocoRobot(Robot):
         now = self._motions.base
         found: list[BasePose] = []
         steps = enumerate(search)
-        while len(found) < _POSES and (step := await self._clock.run_in_thread(lambda: next(steps, None))) is not None:
+        cut_off = 0
+        while (
+            len(found) < _POSES
+            and cut_off < _CUT_OFF
+            and (step := await self._clock.run_in_thread(lambda: next(steps, None))) is not None
+        ):
             pose = step[1]
             if pose is None:
                 continue
             if await self._clock.run_in_thread(lambda: find_way(costmap, body, now, pose)) is not None:  # noqa: B023
                 found.append(pose)
+            else:
+                cut_off += 1
         return tuple(found)
 
     # --- acting -------------------------------------------------------------------------------------------------

@@ -19,8 +19,8 @@ Array = NDArray[np.float64]
 
 MARGINS = (0.05, 0.02, 0.08)
 """Kept from obstacles on the way [m]: the usual one, the one for narrow places, and one for where cells deceive."""
-_TIGHT = 0.0
-"""Kept where the start or the goal is nearer than the margin [m]."""
+_TIGHT = 0.01
+"""Around a start or goal that is itself nearer to obstacles than the margin, this much nearer is allowed [m]."""
 _NEARNESS_COST = 2.0
 """Price of driving along an obstacle, relative to driving in the open."""
 _LOOK_FORWARD = 1.2
@@ -67,7 +67,8 @@ def _free_from(costmap: Costmap, body: Footprint, pose: BasePose, margin: float)
     )
     centres = costmap.centre(np.stack((i, j), axis=-1).reshape(-1, 2))
     poses = np.column_stack((centres, np.full(len(centres), pose.yaw)))
-    free[i.ravel(), j.ravel()] |= costmap.clearance(poses, body) > _TIGHT
+    here = float(costmap.clearance(np.array([[pose.x, pose.y, pose.yaw]]), body)[0])
+    free[i.ravel(), j.ravel()] |= costmap.clearance(poses, body) > min(0.0, here - _TIGHT)
     free[row, column] = True
     return free
 
