@@ -95,21 +95,21 @@ class Servo:
 def _servos() -> dict[str, Servo]:
     # Stiff and critically damped for the heaviest load, so that a stop takes a fraction of a second.
     servos = {
-        "base_x": Servo(-inf, inf, 0.55, 2e5, 1.5e4, 1500.0),
-        "base_y": Servo(-inf, inf, 0.55, 2e5, 1.5e4, 1500.0),
-        "base_yaw": Servo(-inf, inf, 1.0, 3e4, 1.5e3, 500.0),
+        "base_x": Servo(-inf, inf, 0.55, 6e5, 2.5e4, 2000.0),
+        "base_y": Servo(-inf, inf, 0.55, 6e5, 2.5e4, 2000.0),
+        "base_yaw": Servo(-inf, inf, 1.0, 6e4, 2.4e3, 800.0),
         TORSO: Servo(0.0, 0.31, 0.013, 1e5, 8e3, 5000.0),
         "head_pan_joint": Servo(-3.007, 3.007, 6.0, 500.0, 20.0, 20.0, 0.1),
         "head_tilt_joint": Servo(-0.471238, 1.39626, 5.0, 500.0, 20.0, 20.0, 0.1),
     }
     for arm, mirror in (("right", -1.0), ("left", 1.0)):
         limits_and_drives = (
-            Servo(mirror * pi / 4 - 1.5, mirror * pi / 4 + 1.5, 2.088, 4000.0, 270.0, 120.0, 0.5),
-            Servo(-0.5236, 1.3963, 2.082, 4000.0, 270.0, 120.0, 0.5),
-            Servo(mirror * 1.55 - 2.35, mirror * 1.55 + 2.35, 3.27, 1500.0, 70.0, 60.0, 0.2),
-            Servo(-2.3213, 0.0, 3.3, 2000.0, 85.0, 60.0, 0.2),
-            Servo(-inf, inf, 3.6, 500.0, 18.0, 30.0, 0.1),
-            Servo(-2.094, 0.0, 3.078, 500.0, 18.0, 30.0, 0.1),
+            Servo(mirror * pi / 4 - 1.5, mirror * pi / 4 + 1.5, 2.088, 11000.0, 450.0, 150.0, 0.5),
+            Servo(-0.5236, 1.3963, 2.082, 11000.0, 450.0, 150.0, 0.5),
+            Servo(mirror * 1.55 - 2.35, mirror * 1.55 + 2.35, 3.27, 3200.0, 110.0, 80.0, 0.2),
+            Servo(-2.3213, 0.0, 3.3, 3600.0, 120.0, 80.0, 0.2),
+            Servo(-inf, inf, 3.6, 800.0, 22.0, 30.0, 0.1),
+            Servo(-2.094, 0.0, 3.078, 800.0, 22.0, 30.0, 0.1),
             Servo(-inf, inf, 3.6, 300.0, 9.0, 20.0, 0.05),
         )
         side = "r" if arm == "right" else "l"

@@ -99,6 +99,7 @@ class World:
         robot_joints = [*pr2.SERVOS, *(joint for arm in ARMS for joint in pr2.FINGER_JOINTS[arm])]
         self._robot_dofs = np.array([self.model.joint(joint).dofadr[0] for joint in robot_joints])
         self._feed_forward = {joint: servo.damping / servo.stiffness for joint, servo in pr2.SERVOS.items()}
+        self._velocities = np.zeros(self.model.nu)
         self._actuators = {joint: self.model.actuator(joint).id for joint in pr2.SERVOS}
         for joint, position in pr2.start_posture(BasePose(*scene.robot_start)).items():
             self.data.qpos[self.model.joint(joint).qposadr[0]] = position
@@ -120,7 +121,14 @@ class World:
         with self.lock:
             for grip in self._grips.values():
                 grip.drive(self.data, TICK)
-            mujoco.mj_step(self.model, self.data, self._substeps)
+            # The targets move on within the period, so that the joints do not jerk from one to the next.
+            step = self._velocities * self.model.opt.timestep
+            self.data.ctrl -= step * (self._substeps - 1)
+            for substep in range(self._substeps):
+                mujoco.mj_step(self.model, self.data)
+                if substep < self._substeps - 1:
+                    self.data.ctrl += step
+            self._velocities[:] = 0.0
             self._touch.update(self.data)
             for arm, grip in self._grips.items():
                 grip.update(self.data, self._touch.pressed_by_both(arm, GRASP_FORCE))
@@ -128,9 +136,17 @@ class World:
     # --- what the robot commands --------------------------------------------------------------------------------
 
     def command(self, joint: str, position: float, velocity: float = 0.0) -> None:
-        """Set the target of a joint's servo: position [m or rad], and the velocity it should pass it with."""
+        """Set the target of a joint's servo.
+
+        Args:
+            joint: One of `pr2.SERVOS`.
+            position: Where it should be at the end of the next tick [m or rad].
+            velocity: With which it should move meanwhile [m/s or rad/s].
+        """
         with self.lock:
-            self.data.ctrl[self._actuators[joint]] = position + self._feed_forward[joint] * velocity
+            actuator = self._actuators[joint]
+            self.data.ctrl[actuator] = position + self._feed_forward[joint] * velocity
+            self._velocities[actuator] = velocity
 
     def command_gripper(self, arm: Arm, gap: float) -> None:
         """Open or close a gripper to a gap between its pads [m]; it moves with `pr2.GRIPPER_SPEED`.
