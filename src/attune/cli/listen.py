@@ -84,6 +84,7 @@ async def _listen(
 ) -> None:
     from attune.core.bus import EVENT, SPEECH_STOP, UTTERANCE, Bus
     from attune.core.codec import to_data
+    from attune.speech.age.norms import NormsEstimator
     from attune.speech.listener import Listener
 
     def utterance(heard: Utterance) -> None:
@@ -102,7 +103,7 @@ async def _listen(
     bus.on(UTTERANCE, utterance)
     bus.on(SPEECH_STOP, stop)
     bus.on(EVENT, warn)
-    await Listener(bus, clock, audio, (), settings, recogniser=recogniser).run()
+    await Listener(bus, clock, audio, (), settings, age=NormsEstimator(), recogniser=recogniser).run()
 
 
 def _print(data: dict[str, Any]) -> None:

@@ -4,11 +4,10 @@ from collections import deque
 
 import numpy as np
 
-from attune.core.messages import AGE_GROUPS, AgeEstimate, Band
+from attune.core.messages import AgeEstimate, Band
+from attune.speech.age.groups import probability_older
 
 _INTERACTIONS = 5
-_FIRST_OLDER = AGE_GROUPS.index("fifties")
-"""The paper's split: from the fifties on."""
 _BECOMES, _STAYS = 0.65, 0.5
 """Probability at which a band is taken, and down to which it is kept."""
 
@@ -39,7 +38,7 @@ class AgeTracker:
         mean = self._mean()
         if not mean:
             return AgeEstimate()
-        older = sum(mean[_FIRST_OLDER:])
+        older = probability_older(mean)
         shares: dict[Band, float] = {"older": older, "younger": 1 - older}
         if shares.get(self._band, 0.0) < _STAYS:
             self._band = next((band for band, share in shares.items() if share >= _BECOMES), "unknown")

@@ -1,0 +1,169 @@
+"""Really synthesised speech, through the real voice activity detection, recogniser and stop spotter."""
+
+from collections.abc import Callable
+from pathlib import Path
+
+import anyio
+import numpy as np
+import pytest
+
+from attune.core.bus import EVENT, SPEECH_ACTIVITY, SPEECH_STOP, UTTERANCE, Bus
+from attune.core.clock import VirtualClock, run
+from attune.core.config import SpeechConfig
+from attune.core.errors import MissingDependencyError
+from attune.core.messages import SpeechActivity, StopSignal, Utterance
+from attune.evaluation.speakers import Speaker, UserAudio, noise, people, with_noise
+from attune.speech.age.norms import NormsEstimator
+from attune.speech.audio import ArraySource, AudioSource, Samples
+from attune.speech.choice import make_recogniser
+from attune.speech.listener import Listener
+from attune.speech.sphinx import SphinxRecogniser
+
+ANNA, DAN = people()[0], people()[3]
+
+
+class Ear:
+    """What a listener published."""
+
+    def __init__(self) -> None:
+        self.utterances: list[Utterance] = []
+        self.stops: list[StopSignal] = []
+        self.activity: list[SpeechActivity] = []
+        self.clock, self.bus = VirtualClock(), Bus()
+        self.bus.on(UTTERANCE, self.utterances.append)
+        self.bus.on(SPEECH_STOP, self.stops.append)
+        self.bus.on(SPEECH_ACTIVITY, self.activity.append)
+
+    def listen(self, source: AudioSource, recogniser: SphinxRecogniser, **more: object) -> "Ear":
+        listener = Listener(self.bus, self.clock, source, (), SpeechConfig(), recogniser=recogniser, **more)  # type: ignore[arg-type]
+        run(listener.run, self.clock)
+        return self
+
+    @property
+    def texts(self) -> list[str]:
+        return [utterance.text for utterance in self.utterances]
+
+
+def room(*sounds: Samples | float, level: float = -65.0) -> Samples:
+    """Sounds and pauses [s] one after the other, over a room's noise."""
+    parts = [np.zeros(int(s * 16000), np.float32) if isinstance(s, float) else s for s in sounds]
+    samples = np.concatenate(parts)
+    return np.asarray(samples + noise(len(samples), level, np.random.default_rng(0)), dtype=np.float32)
+
+
+@pytest.mark.parametrize("speaker", [ANNA, DAN], ids=lambda speaker: speaker.name)
+def test_a_spoken_sentence_becomes_an_utterance_with_its_times(speaker: Speaker, recogniser: SphinxRecogniser) -> None:
+    speech = speaker.say("please bring me the red cup")
+    ear = Ear().listen(ArraySource(room(1.0, speech, 1.5)), recogniser)
+    assert ear.texts == ["please bring me the red cup"]
+    heard = ear.utterances[0]
+    assert heard.start == pytest.approx(1.0, abs=0.15)
+    assert heard.end == pytest.approx(1.0 + len(speech) / 16000, abs=0.25)
+    assert heard.time == pytest.approx(heard.end + SpeechConfig().end_silence, abs=0.1)
+    assert heard.in_domain
+    assert heard.confidence > 0.5
+    assert heard.text not in heard.alternatives
+
+
+def test_two_utterances_are_kept_apart_and_a_short_pause_does_not_split_one(recogniser: SphinxRecogniser) -> None:
+    ear = Ear().listen(
+        ArraySource(
+            room(0.5, ANNA.say("bring me a cup"), 1.5, ANNA.say("i would like"), 0.3, ANNA.say("a bowl instead"), 1.0)
+        ),
+        recogniser,
+    )
+    assert ear.texts == ["bring me a cup", "i would like a bowl instead"]
+    assert [a.speaking for a in ear.activity][::2] == [True] * (len(ear.activity) // 2)
+
+
+def test_the_pause_that_ends_an_utterance_depends_on_what_was_said(recogniser: SphinxRecogniser) -> None:
+    sound = ArraySource(room(0.5, ANNA.say("bring me a"), 0.9, ANNA.say("red cup"), 1.5))
+    hesitant = Ear().listen(sound, recogniser, is_complete=lambda text: "cup" in text)
+    assert len(hesitant.texts) == 1
+    quick = Ear().listen(sound, recogniser, is_complete=lambda text: True)
+    assert len(quick.texts) == 2
+
+
+@pytest.mark.parametrize("make", [
+    lambda rng: noise(16000 * 6, -20, rng, "white"),
+    lambda rng: noise(16000 * 6, -20, rng, "pink"),
+    lambda rng: np.zeros(16000 * 6, np.float32),
+    lambda rng: (0.5 * (rng.random(16000 * 6) > 0.9997)).astype(np.float32),
+], ids=["white noise", "pink noise", "silence", "clicks"])  # fmt: skip
+def test_what_is_no_speech_gives_no_utterance_and_no_stop(
+    make: Callable[[np.random.Generator], Samples], recogniser: SphinxRecogniser
+) -> None:
+    ear = Ear().listen(ArraySource(make(np.random.default_rng(1))), recogniser)
+    assert (ear.texts, ear.stops, ear.activity) == ([], [], [])
+
+
+@pytest.mark.parametrize("speaker", people()[:4], ids=lambda speaker: speaker.name)
+def test_stop_is_heard_before_the_utterance_has_ended(speaker: Speaker, recogniser: SphinxRecogniser) -> None:
+    speech = speaker.say("stop")
+    ear = Ear().listen(ArraySource(room(1.0, speech, 1.5)), recogniser)
+    assert [(stop.state, stop.source, stop.word) for stop in ear.stops] == [("spotted", "spotter", "stop")]
+    assert ear.stops[0].time < 1.0 + len(speech) / 16000 + 0.15
+    assert ear.utterances[0].time > ear.stops[0].time
+
+
+def test_a_negated_stop_is_no_stop_and_a_repeated_one_is_told_again(recogniser: SphinxRecogniser) -> None:
+    assert Ear().listen(ArraySource(room(1.0, ANNA.say("don't stop"), 1.5)), recogniser).stops == []
+    ear = Ear().listen(ArraySource(room(1.0, ANNA.say("stop"), 1.2, ANNA.say("stop"), 1.5)), recogniser)
+    assert len(ear.stops) == 2
+
+
+def test_other_talk_is_marked_as_out_of_domain(recogniser: SphinxRecogniser) -> None:
+    talk = ["the weather forecast says it will rain tomorrow", "she told him that the meeting was cancelled"]
+    ear = Ear().listen(ArraySource(room(0.5, ANNA.say(talk[0]), 1.5, ANNA.say(talk[1]), 1.5)), recogniser)
+    assert not any(utterance.in_domain for utterance in ear.utterances)
+
+
+def test_it_understands_in_some_noise(recogniser: SphinxRecogniser) -> None:
+    speech = with_noise(room(1.0, ANNA.say("bring me a cup"), 1.5), 20, np.random.default_rng(3))
+    ear = Ear().listen(ArraySource(speech), recogniser)
+    assert len(ear.texts) == 1
+    assert "cup" in ear.texts[0]
+
+
+def test_hearing_is_reproducible(domain: list[str], cache: Path) -> None:
+    sound = room(0.5, DAN.say("bring me a cup"), 1.0, DAN.say("stop"), 1.0)
+    results = []
+    for _ in range(2):
+        ear = Ear().listen(ArraySource(sound), SphinxRecogniser(domain, cache), age=NormsEstimator())
+        results.append(([(u.time, u.text, u.confidence, u.age) for u in ear.utterances], [s.time for s in ear.stops]))
+    assert results[0] == results[1]
+    assert results[0][0][0][3].probabilities
+
+
+def test_a_scripted_person_is_heard_at_the_times_they_speak(recogniser: SphinxRecogniser) -> None:
+    ear = Ear()
+    user = UserAudio(ear.clock, ANNA)
+    ends: list[float] = []
+
+    async def main() -> None:
+        listener = Listener(ear.bus, ear.clock, user, (), SpeechConfig(), recogniser=recogniser)
+        async with anyio.create_task_group() as group:
+            group.start_soon(listener.run)
+            await ear.clock.sleep(1)
+            ends.append(user.say("bring me a cup"))
+            ends.append(user.say("stop", at=6.0, speaker=DAN))
+            await ear.clock.sleep(9)
+            group.cancel_scope.cancel()
+
+    run(main, ear.clock)
+    assert ear.texts == ["bring me a cup", "stop"]
+    assert [u.end for u in ear.utterances] == pytest.approx(ends, abs=0.25)
+    assert 6.0 < ear.stops[0].time < ends[1] + 0.15
+
+
+def test_an_event_never_carries_what_was_said_in_its_text(recogniser: SphinxRecogniser) -> None:
+    ear, texts = Ear(), []
+    ear.bus.on(EVENT, lambda event: texts.append(event.text))
+    ear.listen(ArraySource(room(0.5, ANNA.say("bring me a cup"), 1.0)), recogniser)
+    assert texts
+    assert not any("cup" in text for text in texts)
+
+
+def test_a_recogniser_that_is_not_there_says_so() -> None:
+    with pytest.raises(MissingDependencyError, match="Whisper"):
+        make_recogniser("whisper", ["stop"])
