@@ -52,6 +52,22 @@ class DialogueConfig(_Section):
 
     interpreter: Literal["auto", "grammar", "llm"] = "auto"
     """`auto`: the language model of `[llm]` if one is named there, else the embedded interpreter."""
+    confidence_ignore: float = Field(0.15, ge=0, le=1)
+    """What was recognised less surely than this is ignored."""
+    confidence_ask: float = Field(0.3, ge=0, le=1)
+    """What was recognised less surely than this is asked back instead of done."""
+    fragment_wait: float = Field(1.5, ge=0, le=10)
+    """How long a fragment ("bring me the") waits for its continuation [s]."""
+    question_expires: float = Field(20.0, gt=0, le=300)
+    """How long an answer is taken for one to the robot's question [s]."""
+    stop_waits_for_text: float = Field(3.0, gt=0, le=30)
+    """A spotted stop is taken back if no final text has confirmed it after this long [s]."""
+    policies: str = ""
+    """Path of a file of policies; "" takes the one that comes with Attune."""
+    replies: str = ""
+    """Path of a file of replies; "" takes the one that comes with Attune."""
+    lexicon: str = ""
+    """Path of a lexicon; "" takes the one that comes with Attune."""
 
 
 class LlmConfig(_Section):

@@ -75,6 +75,15 @@ class GrammarInterpreter:
             return replace(meaning, reason=f"{words!r}, then {meaning.reason}")
         return Interpretation(intent="stop", confidence=0.95, reason=f"says {words!r}")
 
+    def objects_in(self, text: str) -> tuple[ObjectSpec, ...]:
+        """The objects that a text names, whatever it says about them."""
+        sentence = skeleton(PhraseReader(self._lexicon).items(tokenize(text)))
+        return tuple(thing.spec for thing in sentence.things if thing.head == "noun")
+
+    def is_mass(self, type_: str) -> bool:
+        """Whether people say "the milk" without meaning a particular one."""
+        return type_ in self._lexicon.mass
+
     def _meaning(
         self, plain: str, text: str, sentence: Sentence, context: Context, lexicon: Lexicon, reader: PhraseReader,
         said: tuple[ObjectSpec, ...], fragment: bool = False,

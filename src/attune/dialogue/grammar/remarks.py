@@ -69,7 +69,7 @@ YES = re.compile(
     r"thank you|thanks|i would|i would like that|i would love that|please yes|you may|oh|and|then|that|with me|by me|it is|they are|if you (?:could|would|like|want|must)|lovely|good|robot|well|would you|,|\.|do|so|be so kind|i think so|right then|dear|just) ?)+$"
 )
 NO = re.compile(
-    r"^(?:(?:no|nope|not really|neither|none|none of them|neither of them|nothing|negative|thank you|thanks|i do not|no need|not that one|not those|please|not now|i did not|it is okay|i am fine|it is not|do not|well|oh|,|\.|not) ?)+$"
+    r"^(?=.*\b(?:no|nope|not|neither|none|nothing|negative|fine|okay)\b)(?!.*\bokay$)(?:(?:no|nope|not really|neither|none|none of them|neither of them|nothing|negative|thank you|thanks|i do not|no need|not that one|not those|please|not now|i did not|it is okay|i am fine|it is not|do not|well|oh|,|\.|not) ?)+$"
 )
 _STATUS: tuple[tuple[StatusTopic, re.Pattern[str]], ...] = (
     ("doing", re.compile(r"\bwhat (?:are you|r u|you are|is the robot) (?:\w+ )?(?:doing|up to|carrying|bringing|holding|fetching|looking for|waiting for)|what is (?:going on|happening)|what is taking|are you (?:busy|done|finished|ready|there|bringing|fetching|getting|working|stuck|still|coming)|what (?:is|was) your (?:task|plan)|did you (?:find|get|bring|finish|forget|hear)|have you (?:found|finished|got|brought)|why (?:did|are|do) you")),

@@ -1,0 +1,392 @@
+"""The dialogue bridge: from utterances to commands for the robot, and from the robot's states to words."""
+
+from dataclasses import dataclass, replace
+from pathlib import Path
+from typing import Any
+
+import anyio
+
+from attune.core.bus import (
+    COMMAND,
+    EVENT,
+    OUTCOME,
+    REPLY,
+    ROBOT_STATE,
+    SPEECH_ACTIVITY,
+    SPEECH_STOP,
+    UTTERANCE,
+    VOICE_STATUS,
+    WORLD,
+    Bus,
+)
+from attune.core.clock import Clock
+from attune.core.codec import to_data
+from attune.core.config import DialogueConfig
+from attune.core.events import Event, EventKind
+from attune.core.messages import CommandOutcome, RobotState, SpeechActivity, StopSignal, Utterance, WorldState
+from attune.core.scene import Scene
+from attune.dialogue.answering import Answerer
+from attune.dialogue.commands import commands_for
+from attune.dialogue.corpus import scene_lexicon
+from attune.dialogue.filter import Filter
+from attune.dialogue.grammar.interpreter import GrammarInterpreter
+from attune.dialogue.grounding import Grounding, believed, ground
+from attune.dialogue.interpreter import Interpretation, Interpreter
+from attune.dialogue.lexicon import load_lexicon
+from attune.dialogue.narrator import Narrator
+from attune.dialogue.policies import load_policies
+from attune.dialogue.repair import Repairer
+from attune.dialogue.replies import Phrasebook
+from attune.dialogue.situation import PendingQuestion, Situation
+from attune.dialogue.speaker import Speaker
+from attune.dialogue.stopper import Stopper
+from attune.dialogue.wording import choices, noun, the, things
+
+_CONFIRMED = frozenset({"setting_breakfast", "change_location", "carry_on", "dont_stop"})
+_ASKED_BACK = {"unclear": ("ask", "which_object"), "unknown_object": ("cannot", "unknown_object"),
+               "unknown_action": ("cannot", "unknown_action")}  # fmt: skip
+_SEVERAL = 2
+
+
+@dataclass(slots=True)
+class _Fragment:
+    """An utterance that broke off and waits for its continuation."""
+
+    utterance: Utterance
+    reason: str
+    scope: anyio.CancelScope
+
+
+class DialogueBridge:
+    """Listens to utterances and the robot; publishes commands and replies.
+
+    Args:
+        bus: The session's bus.
+        clock: The session's clock.
+        scene: The kitchen: vocabulary, and what is believed before the robot has told anything.
+        config: Thresholds, times and files.
+        interpreter: Who understands; None takes the embedded one.
+
+    Raises:
+        AttuneError: A file that the configuration names is wrong.
+    """
+
+    def __init__(
+        self, bus: Bus, clock: Clock, scene: Scene, config: DialogueConfig, interpreter: Interpreter | None = None
+    ) -> None:
+        self._bus = bus
+        self._clock = clock
+        self._config = config
+        lexicon = scene_lexicon(scene, load_lexicon(Path(config.lexicon) if config.lexicon else None))
+        self._embedded = GrammarInterpreter(lexicon)
+        self._interpreter: Interpreter = interpreter or self._embedded
+        self._filter = Filter(config)
+        self._repairer = Repairer(lexicon)
+        self._stopper = Stopper(bus, clock)
+        self._situation = Situation(scene, config.question_expires)
+        policies = load_policies(Path(config.policies) if config.policies else None)
+        phrasebook = Phrasebook(path=Path(config.replies) if config.replies else None)
+        self.speaker = Speaker(bus, clock, policies, phrasebook)
+        """How the robot speaks to the person; its preferences can be set from a profile."""
+        self._narrator = Narrator(self.speaker)
+        self._answerer = Answerer(self.speaker, self._situation)
+        self._scene = scene
+        self._fragment: _Fragment | None = None
+        self._speaking = False
+        self._stopped: dict[str, bool] = {}
+        self._several: dict[str, bool] = {}
+        self._group: anyio.abc.TaskGroup | None = None
+
+    async def run(self) -> None:
+        """Work until cancelled."""
+        with (
+            self._bus.subscribe(UTTERANCE) as utterances,
+            self._bus.subscribe(OUTCOME) as outcomes,
+            self._bus.subscribe(ROBOT_STATE) as states,
+        ):
+            endings = [
+                self._bus.on(UTTERANCE, self._stop_first),
+                self._bus.on(SPEECH_STOP, self._spotted),
+                self._bus.on(SPEECH_ACTIVITY, self._activity),
+                self._bus.on(WORLD, self._world),
+                self._bus.on(VOICE_STATUS, self.speaker.spoken),
+                self._bus.on(REPLY, lambda reply: setattr(self._situation, "last_said", reply.text)),
+            ]
+            try:
+                async with anyio.create_task_group() as group:
+                    self._group = group
+                    group.start_soon(self._each, utterances, self._heard, name="utterances")
+                    group.start_soon(self._each, states, self._state, name="states")
+                    group.start_soon(self._each, outcomes, self._outcome, name="outcomes")
+            finally:
+                self._group = None
+                for end in endings:
+                    end()
+
+    @staticmethod
+    async def _each(messages: Any, handle: Any) -> None:
+        async for message in messages:
+            await handle(message)
+
+    # --- stopping: decided inside the publish, before any other work -------------------------------------------
+
+    def _spotted(self, signal: StopSignal) -> None:
+        self._stopper.spot(signal)
+        if signal.state == "spotted" and self._group is not None:
+            self._group.start_soon(self._take_back_later, signal, name="spotted stop")
+
+    async def _take_back_later(self, signal: StopSignal) -> None:
+        await self._clock.sleep(self._config.stop_waits_for_text)
+        if self._stopper.spotted is signal:
+            self._stopper.withdraw("no words confirmed it in time", signal.id)
+
+    def _stop_first(self, utterance: Utterance) -> None:
+        if not utterance.is_final:
+            return
+        if self._filter.hears_nothing(utterance):
+            self._stopper.withdraw("it was no speech to the robot", utterance.id)
+            return
+        meaning = self._embedded.read(utterance.text, self._situation.context(self._clock.now()))
+        if meaning.intent == "stop":
+            self._stopped[utterance.id] = True
+            self._stopper.confirm(utterance, self._band(utterance))
+        else:
+            self._stopper.withdraw("the sentence was no order to stop", utterance.id)
+
+    # --- hearing -----------------------------------------------------------------------------------------------
+
+    def _activity(self, activity: SpeechActivity) -> None:
+        self._speaking = activity.speaking
+
+    async def _heard(self, utterance: Utterance) -> None:
+        if not utterance.is_final:
+            return
+        self._tell("heard", utterance, text=utterance.text, confidence=utterance.confidence, age=utterance.age.band)
+        self.speaker.hear_age(utterance.age.band)
+        if self._stopped.pop(utterance.id, False):
+            self._take_fragment()
+            self._situation.pending = None
+            self._tell("understood", utterance, "stop", intent="stop")
+            self.speaker.say("accept", "stop", cause=utterance.id, urgency="urgent")
+            return
+        nothing = self._filter.hears_nothing(utterance)
+        if nothing:
+            self._tell("ignored", utterance, nothing)
+            return
+        meaning = await self._understand(utterance)
+        decision = self._filter.decide(utterance, meaning, expecting=self._situation.pending is not None)
+        match decision.verdict:
+            case "ignore":
+                self._tell("ignored", utterance, decision.reason, intent=meaning.intent)
+            case "wait":
+                self._wait_for_more(utterance, decision.reason)
+            case "ask":
+                self._tell("ignored", utterance, f"asked back: {decision.reason}", intent=meaning.intent)
+                self._ask_back(utterance, meaning)
+            case "act":
+                self._act(utterance, meaning)
+
+    async def _understand(self, utterance: Utterance) -> Interpretation:
+        context = self._situation.context(self._clock.now())
+        fragment = self._take_fragment()
+        if fragment is not None:
+            joined = f"{fragment.utterance.text.rstrip(' .…')} {utterance.text}"
+            together = await self._interpreter.interpret(joined, context)
+            if commands_for(together, context, now=0.0, cause="", band="unknown"):
+                return replace(together, reason=f"continues what was begun: {together.reason}")
+        meaning = await self._interpreter.interpret(utterance.text, context)
+        return await self._repairer.repaired(meaning, utterance, context, self._interpreter)
+
+    def _wait_for_more(self, utterance: Utterance, reason: str) -> None:
+        self._fragment = _Fragment(utterance, reason, anyio.CancelScope())
+        if self._group is not None:
+            self._group.start_soon(self._give_up_waiting, self._fragment, name="fragment")
+
+    async def _give_up_waiting(self, fragment: _Fragment) -> None:
+        with fragment.scope:
+            await self._clock.sleep(self._config.fragment_wait)
+            while self._speaking:
+                await self._clock.sleep(0.2)
+            self._fragment = None
+            self._tell("ignored", fragment.utterance, f"{fragment.reason}, and nothing followed", intent="fragment")
+            if fragment.utterance.typed or fragment.utterance.confidence >= self._config.confidence_ask:
+                self.speaker.say("ask", "fragment", cause=fragment.utterance.id)
+
+    def _take_fragment(self) -> _Fragment | None:
+        fragment, self._fragment = self._fragment, None
+        if fragment is not None:
+            fragment.scope.cancel()
+        return fragment
+
+    # --- acting ------------------------------------------------------------------------------------------------
+
+    def _act(self, utterance: Utterance, meaning: Interpretation) -> None:
+        pending = self._situation.question(self._clock.now())
+        if pending is not None:
+            meaning = _completed(meaning, pending)
+            self._situation.pending = None
+        self._tell(
+            "understood", utterance, meaning.reason, intent=meaning.intent, confidence=meaning.confidence,
+            add=to_data_list(meaning.add), remove=to_data_list(meaning.remove), destination=meaning.destination,
+        )  # fmt: skip
+        match meaning.intent:
+            case "style":
+                self.speaker.preferences = self.speaker.preferences.wish(meaning.style)
+            case "stated_age":
+                self.speaker.preferences = replace(self.speaker.preferences, band=meaning.band)
+            case "bring_me" | "replace_object":
+                self._fetch(utterance, meaning)
+                return
+        if meaning.destination and meaning.destination not in self._situation.places:
+            self.speaker.say("cannot", "unknown_place", cause=utterance.id, place=meaning.destination)
+            return
+        self._publish(utterance, meaning)
+        last = self.speaker.last
+        if self.speaker.knows("accept", meaning.intent):
+            old = (
+                meaning.remove[0]
+                if meaning.remove
+                else next(iter(self._situation.context(self._clock.now()).recent), None)
+            )
+            self.speaker.say(
+                "accept", meaning.intent, cause=utterance.id, urgency="urgent" if meaning.intent == "stop" else "normal",
+                place=f"the {meaning.destination}", old=the(old) if old else "it", thing=noun(old) if old else "thing",
+            )  # fmt: skip
+        else:
+            self._answerer.answer(meaning, self._embedded.objects_in(utterance.text), last, utterance.id)
+
+    def _fetch(self, utterance: Utterance, meaning: Interpretation) -> None:
+        """Bring or replace, once it is clear which objects are meant."""
+        if meaning.destination and meaning.destination not in self._situation.places:
+            self.speaker.say("cannot", "unknown_place", cause=utterance.id, place=meaning.destination)
+            return
+        problem = self._problem(meaning)
+        if problem is None:
+            self._publish(utterance, meaning)
+            self._confirm(utterance, meaning)
+            return
+        index, found = problem
+        rest = _without(meaning, index)
+        if meaning.intent == "bring_me" and rest.add:
+            # What is clear is begun at once; only the rest is asked about.
+            self._publish(utterance, rest)
+        about = meaning if meaning.intent == "replace_object" else replace(meaning, add=(found.spec,), definite=(True,))
+        self._ask_about(utterance, about, index if meaning.intent == "replace_object" else 0, found)
+
+    def _problem(self, meaning: Interpretation) -> tuple[int, Grounding] | None:
+        """The first object that needs a question, and why."""
+        definite = (*meaning.definite, *(False for _ in meaning.add))
+        for index, spec in enumerate(meaning.add):
+            found = ground(spec, definite[index], self._situation.known, self._situation.places, self._situation.in_use)
+            if found.finding in {"absent", "elsewhere", "unknown_place"}:
+                return index, found
+            if found.finding == "ambiguous" and not self._embedded.is_mass(spec.type):
+                return index, found
+        return None
+
+    def _ask_about(self, utterance: Utterance, about: Interpretation, index: int, found: Grounding) -> None:
+        place = f"the {found.spec.location}"
+        match found.finding:
+            case "ambiguous":
+                slots = {"options": choices(found.options), "thing": found.spec.type}
+                reply = self.speaker.say("ask", "which", cause=utterance.id, **slots)
+            case "unknown_place":
+                self.speaker.say("cannot", "unknown_place", cause=utterance.id, place=found.spec.location)
+                return
+            case "elsewhere":
+                nearest = f"{the(found.options[0])} from elsewhere"
+                reply = self.speaker.say(
+                    "ask", "elsewhere_offer", cause=utterance.id, object=noun(found.spec), place=place, nearest=nearest
+                )
+            case _:
+                reply = self.speaker.say(
+                    "ask", "absent_offer", cause=utterance.id, object=noun(found.spec), nearest=the(found.options[0])
+                )
+        self._situation.pending = PendingQuestion(reply.text, self._clock.now(), about, index)
+
+    def _publish(self, utterance: Utterance, meaning: Interpretation) -> None:
+        now = self._clock.now()
+        policy = self.speaker.policy
+        if meaning.intent == "bring_me" and not meaning.destination and policy.destination:
+            meaning = replace(meaning, destination=policy.destination)
+        context = self._situation.context(now)
+        for command in commands_for(meaning, context, now=now, cause=utterance.id, band=self._band(utterance)):
+            several = command.kind == "setting_breakfast" or len(meaning.add) >= _SEVERAL
+            self._several = {**dict(list(self._several.items())[-20:]), command.id: several}
+            self._bus.publish(COMMAND, command)
+
+    def _confirm(self, utterance: Utterance, meaning: Interpretation) -> None:
+        situation = meaning.intent
+        old = the(meaning.remove[0]) if meaning.remove else ""
+        if situation == "replace_object" and not old:
+            situation = "bring_me"
+        to = f" to the {meaning.destination}" if meaning.destination else ""
+        self.speaker.say(
+            "accept",
+            situation,
+            cause=utterance.id,
+            objects=things(meaning.add, meaning.definite),
+            old=old,
+            to=to,
+            to_now=to,
+        )
+
+    def _ask_back(self, utterance: Utterance, meaning: Interpretation) -> None:
+        if meaning.suggestion:
+            reply = self.speaker.say("ask", "repair", cause=utterance.id, nearest=meaning.suggestion)
+            self._situation.pending = PendingQuestion(reply.text, self._clock.now())
+            return
+        group, situation = _ASKED_BACK.get(meaning.intent, ("ask", "again"))
+        unknown = f"“{meaning.unknown}”" if meaning.unknown else "that"
+        self.speaker.say(group, situation, cause=utterance.id, unknown=unknown)
+
+    # --- the robot ---------------------------------------------------------------------------------------------
+
+    def _world(self, world: WorldState) -> None:
+        self._situation.known = believed(world.objects, self._scene)
+
+    async def _state(self, state: RobotState) -> None:
+        self._situation.state = state
+        self._narrator.state(state)
+
+    async def _outcome(self, outcome: CommandOutcome) -> None:
+        self._situation.outcome(outcome)
+        question = self._narrator.outcome(outcome, several=self._several.get(outcome.command, False))
+        if question:
+            self._situation.pending = PendingQuestion(question, self._clock.now())
+
+    def _band(self, utterance: Utterance) -> Any:
+        return utterance.age.band if self.speaker.preferences.band == "unknown" else self.speaker.preferences.band
+
+    def _tell(self, kind: EventKind, utterance: Utterance, reason: str = "", **data: Any) -> None:
+        self._bus.publish(
+            EVENT,
+            Event(time=self._clock.now(), cause=utterance.id, kind=kind, text=reason, data={**data, "reason": reason}),
+        )
+
+
+def to_data_list(specs: Any) -> list[dict[str, str]]:
+    """Objects as plain data, without what is not given."""
+    return [{key: value for key, value in to_data(spec).items() if value} for spec in specs]
+
+
+def _completed(meaning: Interpretation, pending: PendingQuestion) -> Interpretation:
+    """Put the answer to a question in its place in what was wanted before."""
+    about = pending.about
+    if (
+        about is None
+        or meaning.intent != "bring_me"
+        or len(meaning.add) != 1
+        or meaning.reason != "answers the question"
+    ):
+        return meaning
+    add = (*about.add[: pending.index], meaning.add[0], *about.add[pending.index + 1 :])
+    return replace(about, add=add, reason=meaning.reason, confidence=meaning.confidence)
+
+
+def _without(meaning: Interpretation, index: int) -> Interpretation:
+    return replace(
+        meaning,
+        add=(*meaning.add[:index], *meaning.add[index + 1 :]),
+        definite=(*meaning.definite[:index], *meaning.definite[index + 1 :]),
+    )

@@ -1,0 +1,101 @@
+"""The dialogue's picture of the situation, kept up to date from the bus."""
+
+from collections import deque
+from dataclasses import dataclass, replace
+
+from attune.core.messages import CommandOutcome, ObjectSpec, RobotState
+from attune.core.scene import Scene
+from attune.dialogue.context import Context, TaskContext
+from attune.dialogue.grounding import believed
+from attune.dialogue.interpreter import Interpretation
+
+_REMEMBERED = 12
+_RESTING = frozenset({"idle", "task_done", "already_done"})
+
+
+@dataclass(frozen=True, slots=True)
+class PendingQuestion:
+    """What the robot asked and still wants to know.
+
+    Attributes:
+        text: The question as it was spoken.
+        asked: When [s].
+        about: What the person wanted, to be completed by the answer; None for an offer.
+        index: Which of its objects the question is about.
+    """
+
+    text: str
+    asked: float
+    about: Interpretation | None = None
+    index: int = 0
+
+
+class Situation:
+    """Robot state, deliveries and the pending question.
+
+    Args:
+        scene: What is known before the robot has told anything.
+        expires: How long a question waits for its answer [s].
+    """
+
+    def __init__(self, scene: Scene, expires: float) -> None:
+        self._scene = scene
+        self._expires = expires
+        self.state: RobotState | None = None
+        self.known: tuple[ObjectSpec, ...] = believed((), scene)
+        self.places: tuple[str, ...] = scene.vocabulary.places
+        self.pending: PendingQuestion | None = None
+        self.last_said = ""
+        self._delivered: deque[ObjectSpec] = deque(maxlen=_REMEMBERED)
+
+    @property
+    def busy(self) -> bool:
+        """Whether the robot works on something, or holds something."""
+        return self.state is not None and (self.state.step not in _RESTING or bool(self.state.holding))
+
+    @property
+    def in_use(self) -> tuple[ObjectSpec, ...]:
+        """Objects that the robot brings or has brought."""
+        queue = self.state.queue if self.state else ()
+        return (*(_plain(item.object) for item in queue if item.status != "returning"), *self._delivered)
+
+    def outcome(self, outcome: CommandOutcome) -> None:
+        """Remember what was delivered and what was taken back."""
+        if outcome.object == ObjectSpec() or outcome.status != "done":
+            return
+        spec = _plain(outcome.object)
+        if spec in self._delivered:
+            self._delivered.remove(spec)
+        if outcome.kind in {"bring_me", "setting_breakfast", "replace_object", "change_location"}:
+            self._delivered.append(spec)
+
+    def question(self, now: float) -> PendingQuestion | None:
+        """The question that still waits for its answer."""
+        if self.pending is not None and now - self.pending.asked > self._expires:
+            self.pending = None
+        return self.pending
+
+    def context(self, now: float) -> Context:
+        """What an interpreter should know."""
+        question = self.question(now)
+        state = self.state
+        open_tasks = [item for item in state.queue if item.status in {"waiting", "active"}] if state else []
+        task: TaskContext | None = None
+        if open_tasks and state is not None and state.step not in {"idle", "task_done"}:
+            # Pointing words mean the likeliest object first, which the context looks for at the end.
+            ordered = sorted(open_tasks, key=lambda item: item.status == "active")
+            task = TaskContext(
+                objects=tuple(_plain(item.object) for item in ordered), destination=open_tasks[0].destination
+            )
+        return Context(
+            task=task,
+            carrying=_plain(state.holding[0]) if state and state.holding else None,
+            delivered=tuple(self._delivered),
+            last_robot_utterance=self.last_said,
+            pending_question=question.text if question else "",
+            scene=tuple(dict.fromkeys(replace(spec, name="") for spec in self.known)),
+        )
+
+
+def _plain(spec: ObjectSpec) -> ObjectSpec:
+    return replace(spec, location="", name="")

@@ -1,0 +1,90 @@
+"""Grammar of the robot's own sentences: articles, lists, plurals."""
+
+from collections.abc import Sequence
+
+from attune.core.messages import ObjectSpec
+
+_MASS = frozenset({"milk", "juice", "cereal", "bread"})
+
+
+def noun(spec: ObjectSpec) -> str:
+    """`small red cup`; a thing without a type is a `thing`."""
+    size = "" if spec.size == "normal" else spec.size
+    kind = (spec.type or "thing").replace("_", " ")
+    return " ".join(word for word in (size, spec.color, kind) if word)
+
+
+def the(spec: ObjectSpec) -> str:
+    """`the small red cup`."""
+    return f"the {noun(spec)}"
+
+
+def an(spec: ObjectSpec) -> str:
+    """`a small red cup`, `an orange bowl`, `some milk`."""
+    words = noun(spec)
+    if spec.type in _MASS:
+        return f"some {words}" if words == spec.type else f"the {words}"
+    return f"{'an' if words[0] in 'aeiou' else 'a'} {words}"
+
+
+def listed(items: Sequence[str], joint: str = "and") -> str:
+    """`a`, `a and b`, `a, b and c`."""
+    if len(items) <= 1:
+        return "".join(items)
+    return f"{', '.join(items[:-1])} {joint} {items[-1]}"
+
+
+def things(specs: Sequence[ObjectSpec], definite: Sequence[bool] = ()) -> str:
+    """`the red cup, a spoon and two bowls`: definite where the person was, or where properties tell it apart."""
+    words: list[str] = []
+    seen: list[ObjectSpec] = []
+    for index, spec in enumerate(specs):
+        if spec in seen:
+            continue
+        seen.append(spec)
+        count = list(specs).count(spec)
+        if count > 1:
+            words.append(f"{_NUMBERS.get(count, str(count))} {_plural(noun(spec))}")
+        elif index < len(definite) and definite[index]:
+            words.append(the(spec))
+        else:
+            words.append(an(spec))
+    return listed(words)
+
+
+def choices(specs: Sequence[ObjectSpec]) -> str:
+    """`the red cup or the blue one`: only what tells them apart."""
+    words: list[str] = []
+    same_type = len({spec.type for spec in specs}) == 1
+    tell_color = len({spec.color for spec in specs}) > 1
+    tell_size = len({spec.size for spec in specs}) > 1
+    tell_place = same_type and not tell_color and not tell_size
+    for index, spec in enumerate(specs):
+        shown = ObjectSpec(
+            type="one" if same_type and index else spec.type,
+            color=spec.color if tell_color or not same_type else "",
+            size=spec.size if tell_size else "",
+        )
+        name = noun(shown)
+        if tell_size and spec.size == "normal" and not (tell_color and spec.color):
+            name = f"normal {name}"
+        place = f" at the {spec.location}" if tell_place and spec.location else ""
+        words.append(f"the {name}{place}")
+    return listed(words, "or")
+
+
+def sentence_case(text: str) -> str:
+    """With a capital letter at the beginning."""
+    return text[:1].upper() + text[1:]
+
+
+_NUMBERS = {2: "two", 3: "three", 4: "four", 5: "five", 6: "six"}
+_IRREGULAR = {"knife": "knives", "loaf": "loaves", "shelf": "shelves", "glass": "glasses"}
+
+
+def _plural(words: str) -> str:
+    *before, last = words.split()
+    if last in _MASS:
+        return words
+    regular = f"{last}es" if last.endswith(("s", "x", "ch", "sh")) else f"{last}s"
+    return " ".join([*before, _IRREGULAR.get(last, regular)])
