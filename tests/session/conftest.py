@@ -20,13 +20,13 @@ def converse(config: Config) -> Callable[[Callable[[Session], Awaitable[None]]],
 
     def play(conversation: Callable[[Session], Awaitable[None]]) -> Session:
         clock = VirtualClock()
-        session = Session(config, clock)
 
-        async def main() -> None:
+        async def main() -> Session:
+            session = Session(config, clock)
             async with session.running():
                 await conversation(session)
+            return session
 
-        run(main, clock)
-        return session
+        return run(main, clock)
 
     return play

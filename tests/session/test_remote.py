@@ -72,16 +72,11 @@ def test_a_second_session_does_not_take_over_the_socket(config: Config, socket: 
             group.start_soon(serve, session, socket)
             while not socket.exists():
                 await session.clock.sleep(0.01)
-            try:
+            with pytest.raises(AttuneError, match="another session is running"):
                 await serve(session, socket)
-            finally:
-                group.cancel_scope.cancel()
+            group.cancel_scope.cancel()
 
-    with pytest.raises(AttuneError, match="another session is running"):
-        try:
-            run(main, RealClock())
-        except BaseExceptionGroup as group:
-            raise group.exceptions[0] from None
+    run(main, RealClock())
 
 
 def test_say_prints_the_answer_of_the_session(config: Config, socket: Path) -> None:

@@ -18,12 +18,14 @@ from attune.core.events import Event
 from attune.core.log import get_logger
 from attune.core.scene import Scene, load_scene
 from attune.dialogue.bridge import DialogueBridge
+from attune.dialogue.corpus import domain_sentences
 from attune.planner.planner import Planner
 from attune.robots.interface import Robot
 from attune.voice.voice import Voice
 
 if TYPE_CHECKING:
     from attune.speech.audio import AudioSource
+    from attune.speech.listener import Listener
 
 RESTING: frozenset[m.Step] = frozenset({"idle", "task_done", "already_done", "stopped", "failed"})
 """Steps in which the robot waits for a person."""
@@ -73,11 +75,7 @@ class Session:
             group.start_soon(self.voice.run, name="voice")
             await self._until_planner_is_up()
             if self._audio is not None:
-                from attune.dialogue.corpus import domain_sentences
-                from attune.speech.listener import Listener
-
-                listener = Listener(self.bus, self.clock, self._audio, domain_sentences(self.scene), self.config.speech)
-                group.start_soon(listener.run, name="listener")
+                group.start_soon(self._listener(self._audio).run, name="listener")
             self._event("session_started", robot=self.config.robot.kind, hears=self._audio is not None)
             try:
                 yield
@@ -106,6 +104,14 @@ class Session:
                     state = await states.receive()
                 if waiting.cancelled_caught:
                     return state
+
+    def _listener(self, audio: AudioSource) -> Listener:
+        from attune.speech.age.norms import NormsEstimator
+        from attune.speech.listener import Listener
+
+        return Listener(
+            self.bus, self.clock, audio, domain_sentences(self.scene), self.config.speech, age=NormsEstimator()
+        )
 
     def _forward_stop(self, signal: m.StopSignal) -> None:
         self.bus.publish(ROBOT_STOP, signal)
