@@ -56,8 +56,10 @@ class Result:
 class Node:
     """A part in the running tree."""
 
-    def __init__(self, plan: "Plan", name: str, *, atomic: bool = False) -> None:
+    def __init__(self, plan: "Plan", name: str, *, atomic: bool = False, parent: "Node | None" = None) -> None:
         self._plan = plan
+        self._parent = parent
+        self._frozen: PlanNode | None = None
         self.name = name
         self.atomic = atomic
         self.status: NodeStatus = "pending"
@@ -68,20 +70,30 @@ class Node:
 
     def frozen(self) -> PlanNode:
         """This node and those below it as a message."""
-        return PlanNode(
-            name=self.name,
-            status=self.status,
-            started=self.started,
-            ended=self.ended,
-            reason=self.reason,
-            atomic=self.atomic,
-            children=tuple(child.frozen() for child in self.children),
-        )
+        if self._frozen is None:
+            self._frozen = PlanNode(
+                name=self.name,
+                status=self.status,
+                started=self.started,
+                ended=self.ended,
+                reason=self.reason,
+                atomic=self.atomic,
+                children=tuple(child.frozen() for child in self.children),
+            )
+        return self._frozen
+
+    def touched(self) -> None:
+        """Something of this node has changed: those above it must be frozen anew."""
+        node: Node | None = self
+        while node and node._frozen:
+            node._frozen = None
+            node = node._parent
 
     def expect(self, parts: Sequence[Part[Any]]) -> list["Node"]:
         """Hang parts below this node that will run later, so that the tree shows what is to come."""
-        nodes = [Node(self._plan, part.name, atomic=part.atomic) for part in parts]
+        nodes = [Node(self._plan, part.name, atomic=part.atomic, parent=self) for part in parts]
         self.children.extend(nodes)
+        self.touched()
         return nodes
 
     async def do(self, part: Part[T], node: "Node | None" = None) -> T:
@@ -185,12 +197,14 @@ class Plan:
     def enter(self, node: Node) -> None:
         """A node begins."""
         node.status, node.started = "running", self._clock.now()
+        node.touched()
         self._count(node, 1)
         self._publish()
 
     def leave(self, node: Node, status: NodeStatus, reason: str = "") -> None:
         """A node has ended."""
         node.status, node.ended, node.reason = status, self._clock.now(), reason
+        node.touched()
         self._count(node, -1)
         self._publish()
         if self._deferred and not self.atomic:
