@@ -36,9 +36,9 @@ _SAME = 0.05
 """Joints nearer than this to a posture are in it [rad]."""
 
 
-def folding_path(world: Imagination, arm: Arm, rng: np.random.Generator) -> Array | None:
-    """A free path of an empty arm from where it is to the folded posture, shape (n, 7), or None."""
-    return joint_path(world, arm, world.arm(arm), FOLDED[arm], rng)
+def folding_path(world: Imagination, arm: Arm, rng: np.random.Generator, start: Array) -> Array | None:
+    """A free path of an empty arm from a configuration to the folded posture, shape (n, 7), or None."""
+    return joint_path(world, arm, start, FOLDED[arm], rng)
 
 
 def is_folded(world: Imagination, arm: Arm) -> bool:

@@ -17,6 +17,7 @@ from attune.robots.interface import ARMS, Arm, BasePose, Point, Pose
 from attune.robots.mujoco import contact, pr2
 from attune.robots.mujoco.frames import Frame, frame_of, quaternion, torso_frame
 from attune.robots.mujoco.kinematics import ArmGeometry, ArmKinematics
+from attune.robots.mujoco.kitchen import handle_name
 from attune.robots.mujoco.solids import Solid, solids
 
 Array = NDArray[np.float64]
@@ -125,6 +126,17 @@ class Imagination:
     def set_joint(self, joint: str, position: float) -> None:
         """Move one joint, of a door for instance."""
         self.data.qpos[self.model.joint(joint).qposadr[0]] = position
+
+    def site(self, name: str) -> Frame:
+        """Where a site is now, in the map frame."""
+        mujoco.mj_kinematics(self.model, self.data)
+        site = self.data.site(name)
+        return Frame(site.xpos.copy(), site.xmat.reshape(3, 3).copy())
+
+    def ignore_handle(self, container: str) -> None:
+        """Let the hand touch a container's handle."""
+        geom = self.model.geom(handle_name(container)).id
+        self.model.geom_contype[geom] = self.model.geom_conaffinity[geom] = 0
 
     def put(self, name: str, frame: Frame) -> None:
         """Put an object somewhere."""

@@ -1,8 +1,7 @@
 """Picking up, putting down and folding the arms, as sequences of planned motions."""
 
-from collections.abc import AsyncIterator, Awaitable, Callable, Iterator
+from collections.abc import Awaitable, Callable
 from dataclasses import replace
-from typing import TypeVar
 
 import anyio
 import numpy as np
@@ -25,11 +24,11 @@ from attune.robots.mujoco.escape import escape_path
 from attune.robots.mujoco.frames import Frame, frame_of, pose_of
 from attune.robots.mujoco.imagination import Imagination
 from attune.robots.mujoco.motions import Motions, together
+from attune.robots.mujoco.stepwise import results
 from attune.robots.mujoco.whole_motions import Pick, Place, find_picks, find_places, radius
 from attune.robots.mujoco.world import World
 
 Array = NDArray[np.float64]
-T = TypeVar("T")
 
 _SLOW = 0.5
 """Share of the usual speed near objects."""
@@ -71,6 +70,7 @@ class Manipulation:
         self._clock = clock
         self._look = look
         self._rng = rng
+        self._graspable = (*world.object_names, *(box.name for box in world.scene.containers))
 
     async def pick(self, percept: Percept, arms: tuple[Arm, ...]) -> Arm:
         """Grasp, lift and take to a posture for driving. See `Robot.pick`."""
@@ -136,6 +136,8 @@ class Manipulation:
             Unreachable: No free path was found.
         """
         held = self._beliefs.held.get(arm)
+        if self._world.gripped_handle(arm) is not None:
+            await self._motions.fingers(arm, pr2.GRIPPER_OPEN)
         world = self._beliefs.imagine()
         if is_folded(world, arm) if held is None else is_carrying(world, arm):
             return
@@ -150,7 +152,7 @@ class Manipulation:
             raise Unreachable(f"the posture for driving of the {arm} arm", "no free path was found")
         if len(free) > 1:
             if held is None:
-                self._world.permit(arm, self._world.object_names)
+                self._world.permit(arm, self._graspable)
             try:
                 await self._motions.bend(arm, free, _SLOW)
             finally:
@@ -158,9 +160,8 @@ class Manipulation:
         await self._motions.bend(arm, path)
 
     def _folding(self, world: Imagination, arm: Arm, start: Array, carried: Percept | None) -> Array | None:
-        world.set_arm(arm, start)
         if carried is None:
-            return folding_path(world, arm, self._rng)
+            return folding_path(world, arm, self._rng, start)
         return carrying_path(world, arm, start, radius(carried), self._rng)
 
     async def _free_arms(self, arms: tuple[Arm, ...]) -> None:
@@ -173,14 +174,14 @@ class Manipulation:
             world = self._beliefs.imagine()
             carrying = self._beliefs.imagine(grasping=(arm, percept.name))
             search = find_picks(world, carrying, percept, arm, world.arm(arm), self._rng)
-            async for plan in self._found(search):
+            async for plan in results(self._clock, search):
                 return plan
         raise Unreachable(percept.name, "no grasp was found that is free of collisions")
 
     async def _plan_place(self, arm: Arm, held: Held, position: Point) -> Place:
         world, carrying = self._beliefs.imagine(empty=arm), self._beliefs.imagine()
         search = find_places(world, carrying, held, arm, position, carrying.arm(arm), self._rng)
-        async for plan in self._found(search):
+        async for plan in results(self._clock, search):
             return plan
         raise Unreachable(f"the place for {held.percept.name}", "no way of putting it down was found")
 
@@ -213,13 +214,6 @@ class Manipulation:
             raise PlacementFailed(name, f"it stands {away:.2f} m from where it should")
         if frame_of(seen.pose).rotation[2, 2] < _TILTED:
             raise PlacementFailed(name, "it has fallen over")
-
-    async def _found(self, search: Iterator[T | None]) -> AsyncIterator[T]:
-        """The results of a search, each step of which runs off the event loop."""
-        steps = enumerate(search)
-        while (step := await self._clock.run_in_thread(lambda: next(steps, None))) is not None:
-            if step[1] is not None:
-                yield step[1]
 
 
 def _at(percept: Percept, frame: Frame) -> Percept:

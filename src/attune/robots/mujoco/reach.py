@@ -11,6 +11,7 @@ from numpy.typing import NDArray
 
 from attune.robots.interface import Arm, BasePose, Percept, Point
 from attune.robots.mujoco import pr2
+from attune.robots.mujoco.arcs import find_arcs, handle_ways
 from attune.robots.mujoco.beliefs import Held
 from attune.robots.mujoco.carry import FOLDED
 from attune.robots.mujoco.costmap import Costmap, Footprint
@@ -100,6 +101,28 @@ def place_poses(
         return any(plan is not None for plan in search)
 
     yield from _proven({arm: worlds}, costmap, body, position, prove, rng)
+
+
+def handle_poses(
+    worlds: dict[Arm, Imagination],
+    costmap: Costmap,
+    body: Footprint,
+    container: str,
+    span: tuple[float, float],
+    rng: np.random.Generator,
+) -> Iterator[BasePose | None]:
+    """Base poses for moving a container from one position to another with one of the arms."""
+    for world in worlds.values():
+        world.ignore_handle(container)
+    ways = handle_ways(next(iter(worlds.values())), container, *span)
+    x, y, z = np.mean([ways[0][0].position, ways[0][-1].position], axis=0)
+
+    def prove(arm: Arm) -> bool:
+        search = find_arcs(worlds[arm], arm, container, ways, span, FOLDED[arm], rng)
+        return any(arc is not None for arc in search)
+
+    pairs = {arm: (world, world) for arm, world in worlds.items()}
+    yield from _proven(pairs, costmap, body, (float(x), float(y), float(z)), prove, rng)
 
 
 def look_poses(

@@ -8,6 +8,7 @@ import numpy as np
 
 from attune.core.clock import Clock
 from attune.core.config import RobotConfig
+from attune.core.furniture import Container
 from attune.core.messages import ObjectSpec
 from attune.core.scene import Scene
 from attune.robots.interface import (
@@ -32,13 +33,15 @@ from attune.robots.interface import (
 )
 from attune.robots.mujoco.beliefs import Beliefs
 from attune.robots.mujoco.carry import FOLDED
+from attune.robots.mujoco.containers import Containers
 from attune.robots.mujoco.controller import Controller
 from attune.robots.mujoco.costmap import footprint
 from attune.robots.mujoco.driving import Driving, find_way
+from attune.robots.mujoco.imagination import Imagination
 from attune.robots.mujoco.manipulation import Manipulation
 from attune.robots.mujoco.motions import Motions
 from attune.robots.mujoco.perception import PERIOD, CameraSettings, Perception
-from attune.robots.mujoco.reach import look_poses, pick_poses, place_poses
+from attune.robots.mujoco.reach import handle_poses, look_poses, pick_poses, place_poses
 from attune.robots.mujoco.world import World
 from attune.robots.simulated import TrueObject
 
@@ -83,6 +86,7 @@ class MujocoRobot(Robot):
         self._beliefs = Beliefs(self.world)
         self._driving = Driving(self._motions, self._beliefs, clock)
         self._manipulation = Manipulation(self.world, self._motions, self._beliefs, clock, self._look_for, self._rng)
+        self._containers = Containers(self.world, self._motions, self._manipulation, self._beliefs, clock, self._rng)
 
     # --- state --------------------------------------------------------------------------------------------------
 
@@ -139,9 +143,7 @@ class MujocoRobot(Robot):
             case PickTarget(percept):
                 worlds = {}
                 for arm in self._beliefs.free_arms:
-                    world = self._beliefs.imagine()
-                    for free in self._beliefs.free_arms:
-                        world.set_arm(free, FOLDED[free])
+                    world = self._folded(self._beliefs.imagine())
                     carrying = self._beliefs.imagine(grasping=(arm, percept.name))
                     worlds[arm] = (world, carrying)
                 if not worlds:
@@ -159,8 +161,27 @@ class MujocoRobot(Robot):
                 world = self._beliefs.imagine()
                 body = footprint(world.body_solids())
                 return await self._first(look_poses(world, costmap, body, point, world.base, rng))
-            case OpenTarget(container):
-                raise UnknownTarget("container", container, [box.name for box in self._scene.containers])
+            case OpenTarget(name):
+                container = self._container(name)
+                position = self.world.container_position(name)
+                goal = 0.0 if self._containers.is_open(container) else container.opened
+                free = {arm: self._folded(self._beliefs.imagine()) for arm in self._beliefs.free_arms}
+                if not free:
+                    return ()
+                body = footprint(next(iter(free.values())).body_solids())
+                return await self._first(handle_poses(free, costmap, body, name, (position, goal), rng))
+
+    def _folded(self, world: Imagination) -> Imagination:
+        """The world with the free arms folded, as they are before an arm action."""
+        for arm in self._beliefs.free_arms:
+            world.set_arm(arm, FOLDED[arm])
+        return world
+
+    def _container(self, name: str) -> Container:
+        for container in self._scene.containers:
+            if container.name == name:
+                return container
+        raise UnknownTarget("container", name, [box.name for box in self._scene.containers])
 
     async def _first(self, search: Iterator[BasePose | None]) -> tuple[BasePose, ...]:
         """The first results to which a way leads."""
@@ -215,12 +236,21 @@ class MujocoRobot(Robot):
         return await self.perceive()
 
     async def open(self, container: str) -> None:
-        """Open a door or drawer."""
-        raise UnknownTarget("container", container, [box.name for box in self._scene.containers])
+        """Open a door or drawer as far as it is opened for use. The closing of the fingers is shielded, 3 s at most."""
+        box = self._container(container)
+        if not self._containers.is_open(box):
+            await self._move(box, box.opened)
 
     async def close(self, container: str) -> None:
-        """Close a door or drawer."""
-        raise UnknownTarget("container", container, [box.name for box in self._scene.containers])
+        """Close a door or drawer. The closing of the fingers is shielded, three seconds at most."""
+        box = self._container(container)
+        if not self._containers.is_closed(box):
+            await self._move(box, 0.0)
+
+    async def _move(self, box: Container, position: float) -> None:
+        if not self._beliefs.free_arms:
+            raise GripperFull(", ".join(held.percept.name for held in self._beliefs.held.values()))
+        await self._containers.move(box, position)
 
     async def pick(self, percept: Percept, arm: Arm | None = None) -> Arm:
         """Grasp an object, lift it and take it to a posture for driving.

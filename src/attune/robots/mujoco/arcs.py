@@ -1,0 +1,178 @@
+"""Opening and closing motions: the hand on a handle, following it while the door turns or the drawer slides.
+
+The handle is a round bar, so the hand may turn about it on the way. Each way of doing that (how steeply the hand
+begins, how far it turns, where on the bar it grips) gives a series of hand poses; a plan is one that the arm can follow
+from one base pose, with the leaf moving, without touching anything but the handle.
+"""
+
+from collections.abc import Iterator, Sequence
+from dataclasses import dataclass
+from itertools import product
+
+import numpy as np
+from numpy.typing import NDArray
+
+from attune.robots.interface import Arm
+from attune.robots.mujoco import pr2
+from attune.robots.mujoco.arm_paths import joint_path
+from attune.robots.mujoco.carry import folding_path
+from attune.robots.mujoco.frames import Frame
+from attune.robots.mujoco.imagination import Imagination
+from attune.robots.mujoco.kinematics import rotation
+from attune.robots.mujoco.kitchen import handle_name, joint_name
+from attune.robots.mujoco.reaching import comfort, follow, stacked, straight
+
+Array = NDArray[np.float64]
+
+WAYPOINTS = 24
+"""Of the handle's way."""
+_APPROACH = 0.09
+_BEGINNINGS = (0.0, 0.4, -0.4, 0.8, -0.8)
+"""Turns of the hand about the bar at the beginning [rad]."""
+_SHARES = (0.0, 0.5, -0.5, 0.9, -0.9)
+"""How far the hand turns about the bar on the way, as a share of the door's own turn."""
+_ALONG = (0.0, 0.05, -0.05)
+"""Where on the bar the hand grips, from its middle [m]."""
+_HAND = np.array([[0.0, 0.0, 1.0], [0.0, 1.0, 0.0], [-1.0, 0.0, 0.0]])
+"""The tool's axes in the handle's frame: pointing at the front, the fingers closing across the bar."""
+_WAYS = 10
+_STARTS = 5
+
+
+@dataclass(frozen=True, slots=True)
+class Arc:
+    """A whole opening or closing motion.
+
+    Attributes:
+        reach: From where the arm is to before the handle, shape (n, 7).
+        approach: To the handle, shape (m, 7).
+        swing: Along the handle's way, shape (k, 7).
+        retreat: Back from the handle, shape (l, 7).
+        fold: To the folded posture, shape (o, 7).
+    """
+
+    arm: Arm
+    reach: Array
+    approach: Array
+    swing: Array
+    retreat: Array
+    fold: Array
+
+
+def handle_ways(world: Imagination, container: str, start: float, end: float) -> list[list[Frame]]:
+    """Series of hand poses that move a container from one position to another [m or rad], the plainest first."""
+    positions = np.linspace(start, end, WAYPOINTS + 1)
+    handles = []
+    for position in positions:
+        world.set_joint(joint_name(container), float(position))
+        handles.append(world.site(handle_name(container)))
+    ways = []
+    turns = abs(float(np.trace(handles[0].rotation.T @ handles[-1].rotation)) - 3.0) > 0.1
+    combinations = product(_BEGINNINGS, _SHARES if turns else (0.0,), _ALONG)
+    for beginning, share, along in sorted(combinations, key=lambda way: abs(way[0]) + abs(way[1]) + 5 * abs(way[2])):
+        turn = beginning + share * (positions - start)
+        grips = handles_at(handles, rotation(0, turn), along)
+        ways.append(grips)
+    world.set_joint(joint_name(container), start)
+    return ways
+
+
+def handles_at(handles: Sequence[Frame], turns: Array, along: float) -> list[Frame]:
+    """Hand poses on handles: turned about the bar, shape (n, 3, 3), and shifted along it [m]."""
+    return [
+        Frame(handle.position + along * handle.rotation[:, 0], handle.rotation @ turn @ _HAND)
+        for handle, turn in zip(handles, turns, strict=True)
+    ]
+
+
+def find_arcs(
+    world: Imagination,
+    arm: Arm,
+    container: str,
+    ways: Sequence[Sequence[Frame]],
+    span: tuple[float, float],
+    posture: Array,
+    rng: np.random.Generator,
+) -> Iterator[Arc | None]:
+    """Ways to move a container from where the base stands; each step is one short piece of work.
+
+    Args:
+        world: The container stands at the beginning of `span`.
+        arm: The arm.
+        container: Its name.
+        ways: From `handle_ways`.
+        span: Positions of the container from where to where [m or rad].
+        posture: The arm's configuration at the beginning.
+        rng: For the searches.
+    """
+    kinematics, torso = world.kinematics[arm], world.torso_frame()
+    middle = torso.position + torso.rotation @ kinematics.geometry.shoulder
+    if any(np.linalg.norm(way[0].position - middle) > 1.0 for way in ways):
+        return
+    possible = _reachable(world, arm, ways)
+    yield None
+    for index in possible[:_WAYS]:
+        way = ways[index]
+        position, orientation = stacked(torso, way[:1])
+        starts, _ = kinematics.solutions(position, orientation, kinematics.pan_grid(0.2))
+        starts = starts[np.argsort(comfort(kinematics, starts))]
+        for start in starts[:_STARTS]:
+            world.set_joint(joint_name(container), span[0])
+            swing = follow(kinematics, torso, start, way)
+            if swing is None or not _swings_free(world, arm, container, swing, span):
+                continue
+            yield _complete(world, arm, container, swing, way, span, posture, rng)
+        yield None
+
+
+def _reachable(world: Imagination, arm: Arm, ways: Sequence[Sequence[Frame]]) -> list[int]:
+    """Ways of which beginning, quarters and end can each be reached."""
+    kinematics, torso = world.kinematics[arm], world.torso_frame()
+    keys = [0, WAYPOINTS // 2, WAYPOINTS]
+    position, orientation = stacked(torso, [way[key] for way in ways for key in keys])
+    _, index = kinematics.solutions(position, orientation, kinematics.pan_grid(0.25))
+    reached = np.zeros(len(ways) * len(keys), dtype=bool)
+    reached[index] = True
+    return [int(way) for way in np.flatnonzero(reached.reshape(-1, len(keys)).all(axis=1))]
+
+
+def _swings_free(world: Imagination, arm: Arm, container: str, swing: Array, span: tuple[float, float]) -> bool:
+    world.set_gripper(arm, 0.02)
+    for position, q in zip(np.linspace(*span, len(swing)), swing, strict=True):
+        world.set_joint(joint_name(container), float(position))
+        world.set_arm(arm, q)
+        if not world.free():
+            return False
+    return True
+
+
+def _complete(
+    world: Imagination,
+    arm: Arm,
+    container: str,
+    swing: Array,
+    way: Sequence[Frame],
+    span: tuple[float, float],
+    posture: Array,
+    rng: np.random.Generator,
+) -> Arc | None:
+    """Add the ways to the handle and back from it."""
+    world.set_gripper(arm, pr2.GRIPPER_OPEN)
+    parts = []
+    for position, q, hand in ((span[0], swing[0], way[0]), (span[1], swing[-1], way[-1])):
+        world.set_joint(joint_name(container), position)
+        back = Frame(hand.position - _APPROACH * hand.rotation[:, 0], hand.rotation)
+        path = follow(world.kinematics[arm], world.torso_frame(), q, straight(hand, back))
+        if path is None or not world.all_free(arm, path):
+            return None
+        parts.append(path)
+    approach, retreat = parts[0][::-1], parts[1]
+    fold = folding_path(world, arm, rng, retreat[-1])
+    world.set_joint(joint_name(container), span[0])
+    if fold is None:
+        return None
+    reach = joint_path(world, arm, posture, approach[0], rng)
+    if reach is None:
+        return None
+    turns = 2 * np.pi * np.round((reach[-1] - approach[0]) / (2 * np.pi))
+    return Arc(arm, reach, approach + turns, swing + turns, retreat + turns, fold + turns)
