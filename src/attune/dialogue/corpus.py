@@ -89,7 +89,7 @@ class Sampler:
     def coverage(self) -> list[str]:
         """One short sentence for each phrase of the lexicon."""
         frames = {"type": "bring me the {}", "color": "the {} one", "size": "the {} one", "comparative": "a {} one",
-                  "place": "from the {}"}  # fmt: skip
+                  "place": "from the {}", "unknown": "bring me the {}"}  # fmt: skip
         return [frames[entry.group].format(" ".join(words)) for words, entry in self._lexicon.phrases.items()]
 
     def _expand(self, template: str) -> str:
