@@ -1,5 +1,6 @@
 import json
 from collections import Counter
+from collections.abc import Awaitable, Callable, Sequence
 from typing import Any
 
 import pytest
@@ -9,7 +10,7 @@ from attune.evaluation.language.hard_benchmark import hard_items
 from attune.evaluation.language.items import Item, Meaning, ObjectSlots
 from attune.evaluation.language.paper_benchmark import paper_items
 from attune.evaluation.language.report import LanguageReport
-from attune.evaluation.language.run import Respond, benchmark_items, evaluate
+from attune.evaluation.language.run import benchmark_items, evaluate
 from attune.evaluation.language.scoring import Answer, score
 
 TYPES = {"milk", "bowl", "cereal", "spoon", "cup", "plate", "bread", "knife", "fork", "glass", "juice", "mug"}
@@ -17,8 +18,14 @@ COLORS = {"", "red", "green", "blue", "white", "yellow", "black"}
 PLACES = {"", "countertop", "table", "cabinet", "dishwasher", "drawer", "fridge", "shelf"}
 
 
-def report(respond: Respond, items: tuple[Item, ...]) -> LanguageReport:
+def report(answer: Callable[[Item], Awaitable[dict[str, Any]]], items: tuple[Item, ...]) -> LanguageReport:
     clock = VirtualClock()
+
+    async def respond(asked: Sequence[Item], receive: Callable[[dict[str, Any]], None]) -> None:
+        for item in asked:
+            await clock.sleep(0.01)
+            receive(await answer(item))
+
     return run(lambda: evaluate("test", items, respond, clock, at_once=4), clock)
 
 
@@ -133,7 +140,7 @@ def test_the_report_shows_the_papers_table_with_ours_and_lists_each_error() -> N
 
     found = report(colour_blind, benchmark_items(sample=100))
     text = found.to_markdown()
-    assert "| gpt-3.5-turbo-1106 (paper) | 81.57 | 89.08 |" in text
+    assert "| paper, 1106 | 81.57 | 89.08 |" in text
     assert "| **test** | **100.00** | **100.00** |" in text
     assert text.count("expected:") == len(found.errors) > 20
     data = json.loads(json.dumps(found.to_data()))

@@ -1,13 +1,13 @@
 """`attune understand`: what sentences mean to the robot, as JSON Lines."""
 
-from enum import Enum
+from enum import StrEnum
 from pathlib import Path
 from typing import Annotated
 
 import typer
 
 
-class InterpreterName(str, Enum):
+class InterpreterName(StrEnum):
     """Who interprets."""
 
     grammar = "grammar"
@@ -17,7 +17,7 @@ class InterpreterName(str, Enum):
 def understand(
     interpreter: Annotated[
         InterpreterName, typer.Option(help="The embedded grammar, or the configured language model.")
-    ] = (InterpreterName.grammar),
+    ] = InterpreterName.grammar,
     source: Annotated[Path | None, typer.Option("--in", help="File of JSON Lines; standard input without it.")] = None,
     target: Annotated[
         Path | None, typer.Option("--out", help="Where the results go; standard output without it.")
@@ -32,11 +32,17 @@ def understand(
     """
     import sys
 
-    from attune.cli.understanding import interpret_lines, make_interpreter, write_whole
+    from attune.cli.understanding import interpret_lines, write_whole
     from attune.core.clock import RealClock, run
+    from attune.core.config import load_config, with_values
     from attune.core.errors import AttuneError
+    from attune.core.scene import load_scene
+    from attune.dialogue.choice import chosen_interpreter
 
-    chosen = make_interpreter(interpreter.value)
+    # Each line stands for itself: the language model is told of no earlier ones.
+    config = with_values(load_config(), {"dialogue": {"interpreter": interpreter.value}, "llm": {"history": 0}})
+    scene = load_scene(Path(config.robot.scene) if config.robot.scene else None)
+    clock = RealClock()
     if source is None:
         lines = sys.stdin.buffer.read()
     else:
@@ -46,6 +52,11 @@ def understand(
             raise AttuneError(f"{source} cannot be read: {error.strerror}", "Give a file of JSON Lines") from None
     results: list[str] = []
     emit = typer.echo if target is None else results.append
-    run(lambda: interpret_lines(lines, chosen, emit), RealClock())
+
+    async def interpret() -> None:
+        async with chosen_interpreter(config, scene, clock) as chosen:
+            await interpret_lines(lines, chosen, emit)
+
+    run(interpret, clock)
     if target is not None:
         write_whole(target, results)

@@ -9,9 +9,7 @@ from typing import Any
 
 from pydantic import BaseModel, ConfigDict, Field, ValidationError, field_validator
 
-from attune.core.clock import RealClock
 from attune.core.codec import describe
-from attune.core.config import load_config
 from attune.core.errors import AttuneError
 from attune.core.messages import ObjectSpec, Size, Utterance
 from attune.core.scene import load_scene
@@ -55,6 +53,10 @@ class _Task(_Lenient):
     objects: tuple[_Object, ...] = ()
     destination: str | None = ""
 
+    def context(self) -> TaskContext:
+        """As the interpreters take it."""
+        return TaskContext(self.command, tuple(o.spec() for o in self.objects), self.destination or "")
+
 
 class _Situation(_Lenient):
     task: _Task | None = None
@@ -66,9 +68,7 @@ class _Situation(_Lenient):
 
     def context(self) -> Context:
         """As the interpreters take it."""
-        task = self.task and TaskContext(
-            self.task.command, tuple(o.spec() for o in self.task.objects), self.task.destination or ""
-        )
+        task = self.task.context() if self.task else None
         return Context(
             task=task,
             carrying=self.carrying.spec() if self.carrying else None,
@@ -85,22 +85,6 @@ class _Line(_Lenient):
     context: _Situation | None = None
 
 
-def make_interpreter(name: str) -> Interpreter:
-    """The embedded interpreter, or the language model that the configuration names.
-
-    Raises:
-        AttuneError: No endpoint is configured, or the configuration or the scene is wrong.
-    """
-    config = load_config()
-    lexicon = scene_lexicon(load_scene(Path(config.robot.scene) if config.robot.scene else None))
-    embedded = GrammarInterpreter(lexicon)
-    if name == "grammar":
-        return embedded
-    from attune.dialogue.llm import LlmInterpreter
-
-    return LlmInterpreter(config.llm, lexicon, embedded, RealClock())
-
-
 async def interpret_lines(data: bytes, interpreter: Interpreter, emit: Callable[[str], None]) -> None:
     """Interpret each line that is not empty, in order.
 
@@ -109,7 +93,8 @@ async def interpret_lines(data: bytes, interpreter: Interpreter, emit: Callable[
         interpreter: Who interprets.
         emit: Takes each result, one line of JSON.
     """
-    repairer = Repairer(scene_lexicon(load_scene()))
+    lexicon = scene_lexicon(load_scene())
+    repairer, embedded = Repairer(lexicon), GrammarInterpreter(lexicon)
     replies = _Replies()
     for number, raw in enumerate(data.removeprefix(b"\xef\xbb\xbf").splitlines(), 1):
         if not raw.strip():
@@ -122,7 +107,7 @@ async def interpret_lines(data: bytes, interpreter: Interpreter, emit: Callable[
         context = (line.context or _Situation()).context()
         meaning = await interpreter.interpret(line.utterance, context)
         heard = Utterance(time=0.0, text=line.utterance, typed=True)
-        meaning = await repairer.repaired(meaning, heard, context, interpreter)
+        meaning = await repairer.repaired(meaning, heard, context, embedded)
         emit(json.dumps(_result(line, meaning, replies.reply(meaning)), ensure_ascii=False))
 
 
@@ -186,7 +171,8 @@ class _Replies:
             return self._phrasebook.say("ask", "repair", self._wording, **slots)
         for group, situation in (
             ("accept", meaning.intent), ("cannot", meaning.intent), ("talk", meaning.intent),
-            ("talk", f"style_{meaning.style}"), ("ask", {"unclear": "which_object"}.get(meaning.intent, meaning.intent)),
+            ("talk", f"style_{meaning.style}"),
+            ("ask", {"unclear": "which_object"}.get(meaning.intent, meaning.intent)),
         ):  # fmt: skip
             if self._phrasebook.has(group, situation):
                 return self._phrasebook.say(group, situation, self._wording, **slots)

@@ -1,46 +1,48 @@
 """Chooses the interpreter that the configuration asks for."""
 
-from collections.abc import AsyncIterator, Callable
+from collections.abc import AsyncIterator
 from contextlib import asynccontextmanager
-from typing import Literal
+from pathlib import Path
 
 from attune.core.clock import Clock
-from attune.core.config import LlmConfig
+from attune.core.config import Config
 from attune.core.scene import Scene
 from attune.dialogue.corpus import scene_lexicon
 from attune.dialogue.grammar.interpreter import GrammarInterpreter
 from attune.dialogue.interpreter import Interpreter
-from attune.dialogue.llm import LlmInterpreter, neutral_style
+from attune.dialogue.lexicon import load_lexicon
+from attune.dialogue.llm import LlmInterpreter
+
+
+def make_interpreter(config: Config, scene: Scene, clock: Clock) -> GrammarInterpreter | LlmInterpreter:
+    """The interpreter of `dialogue.interpreter`; `auto` takes the language model if `llm.base_url` names one.
+
+    A `LlmInterpreter` speaks in the neutral style until its `style` is set, and wants to be closed.
+
+    Args:
+        config: Names the interpreter, the lexicon and the endpoint.
+        scene: Its words are known to the interpreter.
+        clock: Real for the language model.
+
+    Raises:
+        NoEndpointError: The language model was asked for, but there is none.
+        MissingDependencyError: The `openai` package is not installed.
+    """
+    kind = config.dialogue.interpreter
+    path = config.dialogue.lexicon
+    lexicon = scene_lexicon(scene, load_lexicon(Path(path) if path else None))
+    embedded = GrammarInterpreter(lexicon)
+    if kind == "grammar" or (kind == "auto" and not config.llm.base_url):
+        return embedded
+    return LlmInterpreter(config.llm, lexicon, embedded, clock)
 
 
 @asynccontextmanager
-async def chosen_interpreter(
-    kind: Literal["auto", "grammar", "llm"],
-    llm: LlmConfig,
-    scene: Scene,
-    clock: Clock,
-    style: Callable[[], str] = neutral_style,
-) -> AsyncIterator[Interpreter]:
-    """The interpreter, while the block lasts.
-
-    Args:
-        kind: `auto` takes the language model if the configuration names an endpoint.
-        llm: The endpoint.
-        scene: Its words are known to the interpreter.
-        clock: Real for the language model.
-        style: How the language model shall speak; asked anew for each utterance.
-
-    Raises:
-        NoEndpointError: `llm` was asked for, but there is none.
-        MissingDependencyError: The `openai` package is not installed.
-    """
-    lexicon = scene_lexicon(scene)
-    embedded = GrammarInterpreter(lexicon)
-    if kind == "grammar" or (kind == "auto" and not llm.base_url):
-        yield embedded
-        return
-    interpreter = LlmInterpreter(llm, lexicon, embedded, clock, style)
+async def chosen_interpreter(config: Config, scene: Scene, clock: Clock) -> AsyncIterator[Interpreter]:
+    """As `make_interpreter`, closed when the block ends."""
+    interpreter = make_interpreter(config, scene, clock)
     try:
         yield interpreter
     finally:
-        await interpreter.close()
+        if isinstance(interpreter, LlmInterpreter):
+            await interpreter.close()

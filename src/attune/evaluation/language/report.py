@@ -7,10 +7,10 @@ from typing import Any
 from attune.evaluation.language.scoring import PROPERTIES, Answer, Score, score
 
 PAPER_ROWS: tuple[tuple[str, tuple[float, ...]], ...] = (
-    ("gpt-3.5-turbo-1106 (paper)", (81.57, 89.08, 86.60, 68.40, 84.53, 83.12, 85.54, 83.77, 99.96)),
-    ("gpt-3.5-turbo-0125 (paper)", (80.93, 82.43, 88.56, 69.28, 85.48, 76.48, 84.75, 82.04, 99.99)),
+    ("paper, 1106", (81.57, 89.08, 86.60, 68.40, 84.53, 83.12, 85.54, 83.77, 99.96)),
+    ("paper, 0125", (80.93, 82.43, 88.56, 69.28, 85.48, 76.48, 84.75, 82.04, 99.99)),
 )
-"""The paper's table: command; type, colour, size, location of objects to add; the same of objects to delete [%]."""
+"""The paper's table (gpt-3.5-turbo-1106 and -0125): command; type, colour, size, location of objects to add; the same of objects to delete [%]."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -104,9 +104,9 @@ def _error_data(answer: Answer) -> dict[str, Any]:
 def _paper_table(name: str, answers: Sequence[Answer]) -> list[str]:
     result = score(answers)
     lines = [
-        "Accuracy in percent.",
+        "Accuracy in percent; the paper's rows are gpt-3.5-turbo-1106 and gpt-3.5-turbo-0125.",
         "",
-        "| Interpreter | Command | Add: type | colour | size | location | Delete: type | colour | size | location |",
+        "| | Command | Add type | colour | size | location | Delete type | colour | size | location |",
         "|---|---|---|---|---|---|---|---|---|---|",
     ]
     for model, values in PAPER_ROWS:

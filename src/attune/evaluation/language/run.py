@@ -14,8 +14,8 @@ from attune.evaluation.language.paper_benchmark import paper_items
 from attune.evaluation.language.report import LanguageReport
 from attune.evaluation.language.scoring import Answer
 
-Respond = Callable[[Item], Awaitable[dict[str, Any]]]
-"""Answers an item with a line of `attune understand`'s output."""
+Respond = Callable[[Sequence[Item], Callable[[dict[str, Any]], None]], Awaitable[None]]
+"""Answers items in their order; hands over each answer, a line of `attune understand`'s output, when it is there."""
 
 
 def benchmark_items(parts: Sequence[Part] = ("paper", "hard"), sample: int = 0) -> tuple[Item, ...]:
@@ -53,18 +53,23 @@ async def evaluate(
         on_progress: Called after each item.
     """
     answers: list[Answer | None] = [None] * len(items)
-    limiter = anyio.CapacityLimiter(at_once)
 
-    async def ask(index: int) -> None:
-        async with limiter:
-            started = clock.now()
-            line = await respond(items[index])
-            answers[index] = _answer(items[index], line, clock.now() - started)
+    async def ask(indices: range) -> None:
+        left = iter(indices)
+        before = clock.now()
+
+        def receive(line: dict[str, Any]) -> None:
+            nonlocal before
+            now, index = clock.now(), next(left)
+            answers[index] = _answer(items[index], line, now - before)
+            before = now
             on_progress()
 
+        await respond([items[index] for index in indices], receive)
+
     async with anyio.create_task_group() as tasks:
-        for index in range(len(items)):
-            tasks.start_soon(ask, index)
+        for first in range(min(at_once, len(items))):
+            tasks.start_soon(ask, range(first, len(items), at_once))
     return LanguageReport(interpreter, tuple(answer for answer in answers if answer is not None))
 
 
