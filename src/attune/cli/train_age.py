@@ -176,9 +176,10 @@ def _print(outcome: "Outcome", console: "Console") -> None:
 
     from attune.speech.age.groups import PAPER_BINARY_ACCURACY, PAPER_GROUP_ACCURACY
 
-    table = Table(title=f"{outcome.kept.after.count} test clips, with temperature")
-    for name in ("variant", "younger or older", "balanced", "nine groups", "right or beside", "calibration error"):
-        table.add_column(name, justify="left" if name == "variant" else "right")
+    table = Table(title=f"{outcome.kept.after.count} test clips, with temperature", box=None)
+    table.add_column("variant", no_wrap=True)
+    for name in ("young/old", "balanced", "9 groups", "or beside", "calibration"):
+        table.add_column(name, justify="right")
     for variant in outcome.variants:
         each = variant.after
         table.add_row(
@@ -187,11 +188,11 @@ def _print(outcome: "Outcome", console: "Console") -> None:
             f"{each.binary_balanced:.1%}",
             f"{each.group_accuracy:.1%}",
             f"{each.off_by_one:.1%}",
-            f"{variant.before.calibration_error:.3f} → {each.calibration_error:.3f}",
+            f"{variant.before.calibration_error:.3f}→{each.calibration_error:.3f}",
         )
     some = outcome.kept.after
-    table.add_row("always the commonest", f"{some.binary_baseline:.1%}", "50.0%", f"{some.group_baseline:.1%}", "", "")
-    table.add_row("the paper, its own split", f"{PAPER_BINARY_ACCURACY:.1%}", "", f"{PAPER_GROUP_ACCURACY:.1%}", "", "")
+    table.add_row("commonest", f"{some.binary_baseline:.1%}", "50.0%", f"{some.group_baseline:.1%}", "", "")
+    table.add_row("the paper", f"{PAPER_BINARY_ACCURACY:.1%}", "", f"{PAPER_GROUP_ACCURACY:.1%}", "", "")
     console.print(table)
     if outcome.damaged:
         console.print(f"{len(outcome.damaged)} damaged clips were skipped; {outcome.model.name}/training_report.json")

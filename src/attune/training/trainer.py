@@ -359,7 +359,7 @@ class Trainer:
                     if self._run.epoch >= self._border() or key.startswith("head.")
                 },
                 "optimizer": optimizer.state_dict(),
-                "scheduler": {"last_epoch": scheduler.last_epoch},
+                "scheduler": scheduler.state_dict(),
                 "scaler": scaler.state_dict() if scaler is not None else {},
                 "rng": torch.get_rng_state(),
             }

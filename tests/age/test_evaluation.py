@@ -1,0 +1,69 @@
+"""The evaluation, through the commands that people type."""
+
+import json
+from pathlib import Path
+
+import pytest
+import typer
+from typer.testing import CliRunner
+
+from attune.cli.eval_age import eval_age
+from attune.cli.train_age import train_age
+from attune.core.errors import AttuneError
+from attune.evaluation.age import EvaluationError, choose_clips
+from attune.training.pipeline import Outcome
+
+
+def run(command, *arguments: object):  # type: ignore[no-untyped-def]
+    app = typer.Typer()
+    app.command()(command)
+    return CliRunner().invoke(app, [str(argument) for argument in arguments], catch_exceptions=False)
+
+
+def test_eval_age_reports_beside_the_paper_with_table_and_picture(
+    trained: Outcome, corpus: Path, tmp_path: Path
+) -> None:
+    result = run(
+        eval_age, "--common-voice", corpus, "--model", trained.model, "--part", "held-out", "--out", tmp_path, "--json"
+    )
+    data = json.loads(result.stdout)
+    assert data == json.loads((tmp_path / "age.json").read_text())
+    assert data["all"]["count"] == sum(map(sum, data["confusion"])) == 65
+    assert data["skipped"] == 1
+    assert data["all"]["binary_accuracy"] > 0.75
+    assert sum(part["count"] for part in data["parts"]["gender"].values()) == 65
+    text = (tmp_path / "age.md").read_text()
+    assert "| 97.8% |" in text
+    assert "59.5%" in text
+    assert (tmp_path / "confusion.png").read_bytes().startswith(b"\x89PNG")
+
+
+def test_held_out_clips_need_the_corpus_of_the_training(trained: Outcome, corpus: Path, tmp_path: Path) -> None:
+    (tmp_path / "clips").mkdir()
+    rows = (corpus / "train.tsv").read_text().splitlines(keepends=True)
+    (tmp_path / "train.tsv").write_text("".join(rows))
+    (tmp_path / "dev.tsv").write_text(rows[0])
+    with pytest.raises(EvaluationError, match="not the corpus"):
+        choose_clips(tmp_path, "held-out", trained.model)
+
+
+def test_a_model_that_does_not_say_what_it_held_out_is_measured_on_test(paper_folder: Path, corpus: Path) -> None:
+    with pytest.raises(EvaluationError, match="--part test"):
+        choose_clips(corpus, "held-out", paper_folder)
+
+
+def test_train_age_trains_and_writes_both_forms(corpus: Path, whisper_folder: Path, tmp_path: Path) -> None:
+    result = run(train_age, "--common-voice", corpus, "--encoder", whisper_folder, "--out", tmp_path, "--epochs", 1)
+    assert result.exit_code == 0
+    assert "commonest" in result.stdout
+    assert "2 damaged clips were skipped" in result.stdout
+    assert {path.name for path in tmp_path.iterdir()} == {"model", "onnx", "runs", "cache"}
+    fast = run(eval_age, "--common-voice", corpus, "--model", tmp_path / "onnx", "--part", "held-out",
+               "--training", tmp_path / "model", "--limit", 8, "--out", tmp_path / "report")  # fmt: skip
+    assert fast.exit_code == 0
+    assert "of the part held-out" in fast.stdout
+
+
+def test_an_unknown_group_is_answered_with_the_known_ones(corpus: Path, paper_folder: Path) -> None:
+    with pytest.raises(AttuneError, match="fourties"):
+        run(eval_age, "--common-voice", corpus, "--model", paper_folder, "--older-from", "old")
