@@ -2,12 +2,19 @@
 
 import json
 import sys
-from collections.abc import Awaitable, Callable
+from collections.abc import Awaitable, Callable, Iterator
+from contextlib import contextmanager
+from pathlib import Path
 from typing import Any
 
 import anyio
 import pytest
+import typer
+from anyio.from_thread import start_blocking_portal
+from typer.testing import CliRunner
 
+from attune.cli.eval_language import eval_language
+from attune.cli.understand import understand
 from attune.core.clock import RealClock, run
 from attune.core.config import LlmConfig
 from attune.core.errors import MissingDependencyError
@@ -22,6 +29,15 @@ from attune.dialogue.llm_endpoint import NoEndpointError
 from attune.dialogue.policies import Preferences, load_policies
 
 Make = Callable[..., Any]
+
+
+@contextmanager
+def in_a_thread(server: Any) -> Iterator[str]:
+    """Run the server beside a command that has a loop of its own; gives its address."""
+    with start_blocking_portal() as portal, portal.wrap_async_context_manager(server.running()):
+        yield server.url
+
+
 SCENE = load_scene()
 LEXICON = scene_lexicon(SCENE)
 DEADLINE = 0.5
@@ -336,3 +352,47 @@ def test_the_check_tells_a_good_endpoint_from_a_bad_one(
     bad, text = run(lambda: check_endpoint(LlmConfig(), LEXICON), RealClock())
     assert not bad
     assert "no language model is configured" in text
+
+
+def command(function: Callable[..., Any], arguments: list[str], server: Any, text: str = "") -> Any:
+    """Run a command with the server as its language model."""
+    app = typer.Typer()
+    app.command()(function)
+    with in_a_thread(server) as url:
+        environment = {"ATTUNE_LLM__BASE_URL": url, "ATTUNE_LLM__MODEL": "test-model"}
+        result = CliRunner().invoke(app, arguments, input=text, env=environment)
+    assert result.exit_code == 0, result.output
+    return result
+
+
+def test_understand_asks_the_model_line_by_line_and_tells_it_of_no_earlier_line(
+    model_server: Make, behaviour: Make, model_answer: Make
+) -> None:
+    def reply(utterance: str) -> Any:
+        kind = "mug" if "coffee" in utterance else "glass"
+        return behaviour(model_answer("bring_me", add=[{"type": kind}], reply=f"A {kind}."))
+
+    server = model_server(reply)
+    said = ["for my coffee", "for my wine", "stop", "more coffee"]
+    lines = [json.dumps({"id": number, "utterance": text, "context": {}}) for number, text in enumerate(said)]
+    lines.insert(2, "{broken")
+    result = command(understand, ["--interpreter", "llm"], server, "\n".join(lines))
+    found = [json.loads(line) for line in result.stdout.splitlines()]
+    assert [line.get("id") for line in found] == [0, 1, None, 2, 3]
+    assert [line["add"][0]["type"] for line in found if line.get("add")] == ["mug", "glass", "mug"]
+    assert found[2]["line"] == 3
+    assert found[3]["command"] == "stop"
+    assert found[0]["reply"] == "A mug."
+    assert [len(request["messages"]) for request in server.requests] == [2, 2, 2]
+
+
+def test_a_language_model_is_measured_with_the_same_benchmark(
+    model_server: Make, behaviour: Make, model_answer: Make, tmp_path: Path
+) -> None:
+    server = model_server(behaviour(model_answer("setting_breakfast")))
+    command(eval_language, ["--interpreter", "llm", "--sample", "20", "--out", str(tmp_path)], server)
+    report = json.loads((tmp_path / "language.json").read_text())
+    assert report["interpreter"] == "test-model"
+    assert report["parts"]["paper"]["items"] == report["parts"]["hard"]["items"] == 20
+    assert report["parts"]["paper"]["score"]["command"]["count"] < 20
+    assert "test-model" in (tmp_path / "language.md").read_text()

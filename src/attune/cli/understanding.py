@@ -58,7 +58,9 @@ class _Task(_Lenient):
         return TaskContext(self.command, tuple(o.spec() for o in self.objects), self.destination or "")
 
 
-class _Situation(_Lenient):
+class LineContext(_Lenient):
+    """The situation in which a line was said."""
+
     task: _Task | None = None
     carrying: _Object | None = None
     delivered: tuple[_Object, ...] | None = ()
@@ -82,7 +84,7 @@ class _Situation(_Lenient):
 class _Line(_Lenient):
     id: Any = None
     utterance: str = Field(max_length=LONGEST)
-    context: _Situation | None = None
+    context: LineContext | None = None
 
 
 async def interpret_lines(data: bytes, interpreter: Interpreter, emit: Callable[[str], None]) -> None:
@@ -104,7 +106,7 @@ async def interpret_lines(data: bytes, interpreter: Interpreter, emit: Callable[
         except ValueError as error:
             emit(json.dumps({"line": number, "error": str(error)}, ensure_ascii=False))
             continue
-        context = (line.context or _Situation()).context()
+        context = (line.context or LineContext()).context()
         meaning = await interpreter.interpret(line.utterance, context)
         heard = Utterance(time=0.0, text=line.utterance, typed=True)
         meaning = await repairer.repaired(meaning, heard, context, embedded)

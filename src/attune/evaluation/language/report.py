@@ -10,7 +10,8 @@ PAPER_ROWS: tuple[tuple[str, tuple[float, ...]], ...] = (
     ("paper, 1106", (81.57, 89.08, 86.60, 68.40, 84.53, 83.12, 85.54, 83.77, 99.96)),
     ("paper, 0125", (80.93, 82.43, 88.56, 69.28, 85.48, 76.48, 84.75, 82.04, 99.99)),
 )
-"""The paper's table (gpt-3.5-turbo-1106 and -0125): command; type, colour, size, location of objects to add; the same of objects to delete [%]."""
+"""The paper's table, gpt-3.5-turbo-1106 and -0125: command; type, colour, size, location of objects to add; the same
+of objects to delete [%]."""
 
 
 @dataclass(frozen=True, slots=True)

@@ -1,0 +1,126 @@
+"""How fast the embedded interpreter understands, and whether a long talk makes the dialogue slower or bigger.
+
+The interpreter is timed on the sentences of the language benchmark, each in its situation. The long talk is one session
+of the dialogue with sentences of the kitchen grammar, while a robot works on what was asked for.
+"""
+
+import gc
+import json
+import time
+import tracemalloc
+from statistics import median
+from typing import Any
+
+import anyio
+
+from attune.cli.understanding import LineContext
+from attune.core.bus import COMMAND, OUTCOME, REPLY, ROBOT_STATE, UTTERANCE, Bus
+from attune.core.clock import VirtualClock, run
+from attune.core.config import DialogueConfig
+from attune.core.messages import BringMe, Command, CommandOutcome, QueuedTask, RobotState, Utterance
+from attune.core.scene import load_scene
+from attune.dialogue.bridge import DialogueBridge
+from attune.dialogue.corpus import domain_sentences, scene_lexicon
+from attune.dialogue.grammar.interpreter import GrammarInterpreter
+from attune.evaluation.language.run import benchmark_items
+
+TARGET_P99_MS = 5.0
+ROUNDS = 3
+TURNS = 10_000
+PARTS = 10
+
+
+def percentile(values: list[float], percent: float) -> float:
+    """The value within which so many percent of the values lie."""
+    ordered = sorted(values)
+    return ordered[min(len(ordered) - 1, int(len(ordered) * percent / 100))]
+
+
+def interpreting() -> dict[str, Any]:
+    """Processor time of the embedded interpreter for each sentence of the language benchmark."""
+    interpreter = GrammarInterpreter(scene_lexicon(load_scene()))
+    asked = [(item.utterance, LineContext.model_validate(item.context).context()) for item in benchmark_items()]
+    for text, context in asked:
+        interpreter.read(text, context)
+    times: list[float] = []
+    for text, context in asked * ROUNDS:
+        start = time.perf_counter()
+        interpreter.read(text, context)
+        times.append(time.perf_counter() - start)
+    return {
+        "utterances": len(times),
+        "p50 [ms]": round(1000 * percentile(times, 50), 2),
+        "p99 [ms]": round(1000 * percentile(times, 99), 2),
+        "p99 target [ms]": TARGET_P99_MS,
+        "longest [ms]": round(1000 * max(times), 2),
+        "utterances per second": round(len(times) / sum(times)),
+    }
+
+
+def obey(bus: Bus, clock: VirtualClock, command: Command) -> None:
+    """A robot that has always just begun what it was told, and has done what it was told before."""
+    state = bus.latest(ROBOT_STATE)
+    for task in state.queue if state else ():
+        done = CommandOutcome(
+            time=clock.now(), command=task.command, kind="bring_me", status="done", object=task.object,
+            place=task.destination,
+        )  # fmt: skip
+        bus.publish(OUTCOME, done)
+    queue: tuple[QueuedTask, ...] = ()
+    if isinstance(command, BringMe):
+        queue = tuple(QueuedTask(object=spec, destination="table", command=command.id) for spec in command.objects)
+    step = "transporting_fetch" if queue else "idle"
+    bus.publish(ROBOT_STATE, RobotState(time=clock.now(), step=step, queue=queue))
+
+
+def talking() -> dict[str, Any]:
+    """One session of many turns: wall time and memory of its parts."""
+    clock, bus, scene = VirtualClock(), Bus(), load_scene()
+    sentences = domain_sentences(scene, TURNS, seed=1)
+    counts = {"commands": 0, "replies": 0}
+    seconds: list[float] = []
+    memory: list[int] = []
+
+    def count(what: str) -> None:
+        counts[what] += 1
+
+    async def main() -> None:
+        bridge = DialogueBridge(bus, clock, scene, DialogueConfig())
+        bus.on(REPLY, lambda reply: count("replies"))
+        bus.on(COMMAND, lambda command: count("commands"))
+        bus.on(COMMAND, lambda command: obey(bus, clock, command))
+        async with anyio.create_task_group() as group:
+            group.start_soon(bridge.run)
+            await clock.sleep(0.1)
+            for part in range(PARTS):
+                start = time.perf_counter()
+                for text in sentences[part * TURNS // PARTS : (part + 1) * TURNS // PARTS]:
+                    now = clock.now()
+                    bus.publish(UTTERANCE, Utterance(time=now, text=text, start=now, end=now, typed=True))
+                    await clock.sleep(3.0)
+                seconds.append((time.perf_counter() - start) / (TURNS // PARTS))
+                gc.collect()
+                memory.append(tracemalloc.get_traced_memory()[0])
+            group.cancel_scope.cancel()
+
+    tracemalloc.start(1)
+    try:
+        run(main, clock)
+    finally:
+        tracemalloc.stop()
+    return {
+        "turns": TURNS,
+        **counts,
+        "time per turn, first tenth, memory traced [ms]": round(1000 * seconds[0], 2),
+        "time per turn, last tenth, memory traced [ms]": round(1000 * seconds[-1], 2),
+        "median over the tenths [ms]": round(1000 * median(seconds), 2),
+        "memory grown from the second tenth to the last [KiB]": round((memory[-1] - memory[1]) / 1024, 1),
+    }
+
+
+def main() -> dict[str, Any]:
+    return {"interpreting": interpreting(), "talking": talking()}
+
+
+if __name__ == "__main__":
+    print(json.dumps(main(), indent=2))
