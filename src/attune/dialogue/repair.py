@@ -8,6 +8,7 @@ from attune.dialogue.context import Context
 from attune.dialogue.grammar.tokens import tokenize
 from attune.dialogue.interpreter import Intent, Interpretation, Interpreter
 from attune.dialogue.lexicon import Lexicon
+from attune.dialogue.words import words
 
 _DOUBTFUL: frozenset[Intent] = frozenset({"unclear", "unknown_object", "fragment", "talk", "unknown_action"})
 _COMMANDS = frozenset(
@@ -16,9 +17,7 @@ _COMMANDS = frozenset(
 _SURE, _POSSIBLE = 0.26, 0.42
 """Relative distance of sounds under which a repair is made, or asked about."""
 _CLEARLY_BETTER = 0.08
-_REQUESTS = frozenset(
-    "bring get fetch want need hand pass give take find like have put instead grab could can please".split()
-)
+_REQUESTS = words("bring get fetch want need hand pass give take find like have put instead grab could can please")
 
 _RULES: tuple[tuple[str, str], ...] = (
     (r"ph", "f"), (r"gh(?=t)", ""), (r"ough", "o"), (r"wh", "w"), (r"wr", "r"), (r"kn", "n"), (r"ck", "k"), (r"sch", "x"),
@@ -131,18 +130,21 @@ def _set(*lines: str) -> frozenset[str]:
 
 
 _COMMON: frozenset[str] = _set(
-    "the and you for that this with have from they would could there their what about which when make like time just know",
-    "take people into year your good some them than then now look only come over think also back after use two how our work",
-    "first well way even new want because any these give day most please bring fetch get need put place hand pass grab can",
-    "may might shall will are was were been has had did does not but all one out her his she him its who why where let too",
-    "very much more less off down here again please thanks thank okay yes sorry wait stop hold carry going keep tell talk",
-    "speak robot hello mum dad milk water coffee tea sugar salt pepper butter cheese newspaper phone book remote chair sofa",
-    "window door lamp light bed towel napkin pan pot kettle toaster oven sink bottle box bag apple banana orange egg eggs toast",
-    "meat fish rice pasta soup salad cake cookie biscuit chocolate honey jam keys glasses shoes jacket coat hat shirt pen paper",
-    "radio music television news car house room garden dog cat baby child friend brother sister doctor medicine pills tissue",
-    "yesterday today tomorrow morning evening night breakfast lunch dinner pizza sandwich wine beer teapot tray basket bucket",
-    "something anything nothing everything someone little pull push close open turn switch clean wash cook throw drop blanket",
-    "pillow cushion laptop tablet charger walker stick cane wheelchair slippers socks flowers vase candle plant letter mail",
-    "saucer ladle spatula whisk grater jug pitcher tongs scissors opener corkscrew sponge soap candy crisps nuts vinegar oil",
+    "the and you for that this with have from they would could there their what about which when make "
+    "like time just know take people into year your good some them than then now look only come over "
+    "think also back after use two how our work first well way even new want because any these give day "
+    "most please bring fetch get need put place hand pass grab can may might shall will are was were been "
+    "has had did does not but all one out her his she him its who why where let too very much more less "
+    "off down here again please thanks thank okay yes sorry wait stop hold carry going keep tell talk "
+    "speak robot hello mum dad milk water coffee tea sugar salt pepper butter cheese newspaper phone book "
+    "remote chair sofa window door lamp light bed towel napkin pan pot kettle toaster oven sink bottle "
+    "box bag apple banana orange egg eggs toast meat fish rice pasta soup salad cake cookie biscuit "
+    "chocolate honey jam keys glasses shoes jacket coat hat shirt pen paper radio music television news "
+    "car house room garden dog cat baby child friend brother sister doctor medicine pills tissue "
+    "yesterday today tomorrow morning evening night breakfast lunch dinner pizza sandwich wine beer "
+    "teapot tray basket bucket something anything nothing everything someone little pull push close open "
+    "turn switch clean wash cook throw drop blanket pillow cushion laptop tablet charger walker stick "
+    "cane wheelchair slippers socks flowers vase candle plant letter mail saucer ladle spatula whisk "
+    "grater jug pitcher tongs scissors opener corkscrew sponge soap candy crisps nuts vinegar oil",
 )
 """Words that are themselves: nobody who says "book" meant a bowl."""

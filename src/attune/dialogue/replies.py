@@ -14,10 +14,11 @@ from attune.core.codec import describe
 from attune.core.errors import AttuneError
 from attune.dialogue.policies import Wording
 from attune.dialogue.wording import sentence_case
+from attune.dialogue.words import words
 
 Situations = dict[str, dict[Wording, tuple[str, ...]]]
-SLOTS = frozenset(
-    "objects object an_object old to to_now place options nearest unknown thing done all Object Objects Options Place".split()
+SLOTS = words(
+    "objects object an_object old to to_now place options nearest unknown thing done all Object Objects Options Place"
 )
 
 

@@ -5,25 +5,29 @@ from collections.abc import Sequence
 
 from attune.dialogue.grammar.tokens import Token
 from attune.dialogue.lexicon import Lexicon
+from attune.dialogue.words import words
 
-_OPENERS = frozenset(
-    "hey hi hello oh yes no okay well so please listen thanks now look excuse me dear good morning and but right sorry".split()
+_OPENERS = words(
+    "hey hi hello oh yes no okay well so please listen thanks now look excuse me dear good morning and but right sorry"
 )
-_TO_YOU = frozenset(
-    "can could would will did do does have has are is was were where what when why how who you please shall should may i we "
-    "give pass bring get fetch hand put take come go stop wait look listen the this that it there let".split()
+_TO_YOU = words(
+    "can could would will did do does have has are is was were where what when why how who you please "
+    "shall should may i we give pass bring get fetch hand put take come go stop wait look listen the this "
+    "that it there let"
 )
-_KNOWN_OPENERS = frozenset(
-    "please hello hey hi okay so well actually listen look sorry right alright yes no thanks thank now also then oh morning "
-    "evening wait stop robot anyway additionally finally next first instead however quick quickly hurry honestly great perfect "
-    "good cool fine lovely nice excellent wonderful brilliant wow gosh god jesus damn ah change plan breakfast not never one "
-    "two freeze halt pause enough nope yep exactly correct rather maybe perhaps again another more later today anyhow "
-    "basically seriously sure certainly absolutely definitely oops whoops pardon excuse hmm welcome goodbye bye sir still "
-    "yet besides furthermore moreover alternatively otherwise afterwards meanwhile secondly lastly second third here there "
-    "this that it you i we see fantastic super awesome correction wrong mistake apologies hungry thirsty tired careful easy "
-    "slower faster louder quieter and but or if when while since because as after before until once fetch bring get".split()
+_KNOWN_OPENERS = words(
+    "please hello hey hi okay so well actually listen look sorry right alright yes no thanks thank now "
+    "also then oh morning evening wait stop robot anyway additionally finally next first instead however "
+    "quick quickly hurry honestly great perfect good cool fine lovely nice excellent wonderful brilliant "
+    "wow gosh god jesus damn ah change plan breakfast not never one two freeze halt pause enough nope yep "
+    "exactly correct rather maybe perhaps again another more later today anyhow basically seriously sure "
+    "certainly absolutely definitely oops whoops pardon excuse hmm welcome goodbye bye sir still yet "
+    "besides furthermore moreover alternatively otherwise afterwards meanwhile secondly lastly second "
+    "third here there this that it you i we see fantastic super awesome correction wrong mistake "
+    "apologies hungry thirsty tired careful easy slower faster louder quieter and but or if when while "
+    "since because as after before until once fetch bring get"
 )
-_AUX = frozenset("can could would will did do have are".split())
+_AUX = words("can could would will did do have are")
 _THIRD_PERSON = re.compile(
     r"^(?:needs|wants|would like|likes|is|has|was|said|says|asked|told|and|also|or|had|dropped|broke)\b"
 )

@@ -15,16 +15,21 @@ from attune.dialogue.grammar.tokens import tokenize
 from attune.dialogue.interpreter import Interpretation
 
 _ANY = re.compile(
-    r"\b(?:either|any(?: of (?:them|those|the two))?|whichever|whatever|do(?:es)? not (?:matter|care|mind)|do not (?:care|mind)|you (?:choose|decide|pick)|surprise me|up to you|no preference|your choice|anyone)\b"
+    r"\b(?:either|any(?: of (?:them|those|the two))?|whichever|whatever|do(?:es)? not (?:matter|care|mind)|"
+    r"do not (?:care|mind)|you (?:choose|decide|pick)|surprise me|up to you|no preference|your choice|anyone)\b"
 )
 _BOTH = re.compile(r"\b(?:both|all of them|all|the two|the two of them)\b")
 _LEADING_NO = re.compile(r"^(?:no|nope|not that(?: one)?|neither)\b(?: ,)? ?")
-_LEADING_YES = re.compile(r"^(?:(?:yes|sure|okay|right|of course|please|exactly|alright|oh|well|i guess|i think|,) ?)+")
+_LEADING_YES = re.compile(
+    r"^(?:(?:yes|sure|okay|right|of course|please|exactly|alright|oh|well|i guess|i think|"
+    r",) ?)+"
+)
 _STOP_QUESTION = re.compile(r"\b(?:stop|cancel|give up|abort|pause)\b")
 _GO_ON_QUESTION = re.compile(r"\b(?:carry on|continue|go on|keep going|resume)\b")
 _REQUEST = re.compile(r"\b(?:instead of|rather than|swap|replace|exchange|not T\d+ but)\b")
 _ORDINAL = re.compile(
-    r"^(?:(?:the|number|option|please|,|\.|yes|no|one) ?)*(?P<n>first|former|second|latter|last|one|two)(?: (?:one|option|please|would be .*|then|,|\.))*$"
+    r"^(?:(?:the|number|option|please|,|\.|yes|no|one) ?)*(?P<n>first|former|second|latter|last|one|"
+    r"two)(?: (?:one|option|please|would be .*|then|,|\.))*$"
 )
 _ORDINALS = {"first": 0, "former": 0, "one": 0, "second": 1, "two": 1, "latter": -1, "last": -1}
 
@@ -58,7 +63,11 @@ def read_question(text: str, context: Context, reader: PhraseReader) -> Question
     is_where = re.match(r"\W*(?:where|which place|on which|to which)", lowered) is not None or re.search(
         r"\bwhere (?:should|shall|do|would)", lowered
     )
-    puts = re.search(r"\b(?:put|place|leave|deliver|take|bring|set)\b(?: \w+){0,4}? (?:on|to|onto|in|into)\b", lowered)
+    puts = re.search(
+        r"\b(?:put|place|leave|deliver|take|bring|set)\b(?: \w+){0,4}? (?:on|to|onto|in|"
+        r"into)\b",
+        lowered,
+    )
     if is_where or (places and puts and not re.search(r"\bbring you\b|\bwould you like (?:the|a)\b", lowered)):
         return Question("place", found, places)
     if not found and _STOP_QUESTION.search(lowered):

@@ -5,21 +5,30 @@ import re
 _MEAL = r"(?:breakfast|brekkie|brekky|breakky|break fast|morning meal)"
 _TABLE = r"(?:the |our |my )?(?:breakfast |dining |kitchen )?table"
 _PREPARE = re.compile(
-    rf"\b(?:make|making|prepare|preparing|prep|get|getting|set|setting|lay|laying|fix|fixing|serve|serving|start|starting|do|doing|arrange|arranging|"
-    r"organi[sz]e|ready|cook|cooking|have|having|put|putting|help|bring|bringing|fetch|begin|whip up|rustle up|assemble|eat|eating|like|want|need|love|fancy|"
-    r"time|about|go|deal|handle|take care|sort|create|provide|deliver|could use|gather|collect|could do with|kick off|see to|give|proceed|wish|order|request|craving|crave|feel like|prefer|hungry|starving|happen|it is|set up|say|said)\b"
+    r"\b(?:make|making|prepare|preparing|prep|get|getting|set|setting|lay|laying|fix|fixing|serve|serving|start|"
+    r"starting|do|doing|arrange|arranging|"
+    r"organi[sz]e|ready|cook|cooking|have|having|put|putting|help|bring|bringing|fetch|begin|whip up|rustle up|"
+    r"assemble|eat|eating|like|want|need|love|fancy|"
+    r"time|about|go|deal|handle|take care|sort|create|provide|deliver|could use|gather|collect|could do with|"
+    r"kick off|see to|give|proceed|wish|order|request|craving|crave|feel like|prefer|hungry|starving|happen|it is|"
+    r"set up|say|said)\b"
 )
 _SET_TABLE = re.compile(
-    rf"\b(?:set(?:ting)?(?: up)?|lay(?:ing)?(?: out)?|prepare|preparing|dress|arrange|get(?:ting)?|ready|make|do) {_TABLE}(?: (?:ready|up|set|laid|for {_MEAL}|for (?:me|us|two|one|three|four)))*\b"
+    rf"\b(?:set(?:ting)?(?: up)?|lay(?:ing)?(?: out)?|prepare|preparing|dress|arrange|get(?:ting)?|ready|make|"
+    rf"do) {_TABLE}(?: (?:ready|up|set|laid|for {_MEAL}|for (?:me|us|two|one|three|four)))*\b"
 )
 _OTHER_MEAL = re.compile(r"\b(?:dinner|lunch|supper|tea|brunch|tennis|games?|cards|poker)\b")
 _TALK = re.compile(
-    rf"^(?:what|where|when|who|did|does|have you|has|was|were|is|how (?!about)|why (?!do not|will)|do (?:you|we) (?:like|eat|have|usually)|are (?:you|we)(?! (?:able|going))|which)\b|"
-    rf"\b(?:had|ate|eaten|skipped|made|missed|was|after|before|during|since|until|late for|at|their|his|her|for tomorrow|used to|would make|makes|loves?|likes|enjoys?|always|usually|never|"
-    rf"served|yesterday|already|last|hate|about to have|is important|in bed|television|tv|news|show|club|room|hotel|tomorrow|later|finished|finish|over)\b"
+    r"^(?:what|where|when|who|did|does|have you|has|was|were|is|how (?!about)|why (?!do not|will)|do (?:you|"
+    r"we) (?:like|eat|have|usually)|are (?:you|we)(?! (?:able|going))|which)\b|"
+    r"\b(?:had|ate|eaten|skipped|made|missed|was|after|before|during|since|until|late for|at|their|his|her|"
+    r"for tomorrow|used to|would make|makes|loves?|likes|enjoys?|always|usually|never|"
+    r"served|yesterday|already|last|hate|about to have|is important|in bed|television|tv|news|show|club|room|"
+    r"hotel|tomorrow|later|finished|finish|over)\b"
 )
 _ALONE = re.compile(
-    rf"^(?:(?:please|robot|now|okay|yes|{_MEAL}|time|the|for|it is|me|us|my|our|good|morning|thanks|thank you|hey|hello|ready|i am|am|we are|and|then|so|,|\.|!|\?|would be (?:nice|great|lovely|good)) ?)+$"
+    rf"^(?:(?:please|robot|now|okay|yes|{_MEAL}|time|the|for|it is|me|us|my|our|good|morning|thanks|thank you|hey|"
+    rf"hello|ready|i am|am|we are|and|then|so|,|\.|!|\?|would be (?:nice|great|lovely|good)) ?)+$"
 )
 _NOT_NOW = re.compile(rf"\b(?:no|not|do not|without|cancel|forget|stop|skip) (?:\w+ ){{0,4}}?{_MEAL}")
 
@@ -42,7 +51,11 @@ def wants_breakfast(plain: str, has_things: bool) -> bool:
         if (
             table
             and (meal or not has_things)
-            and not re.match(r"(?:i|we|he|she|they|who|did|have|has|my \w+) (?!want|need|would|was|am|wonder)", clause)
+            and not re.match(
+                r"(?:i|we|he|she|they|who|did|have|has|my \w+) (?!want|need|would|was|am|"
+                r"wonder)",
+                clause,
+            )
         ):
             return True
         if has_things and re.search(rf"\bfor (?:my |the |our |a )?(?:\w+ )?{_MEAL}", clause):
@@ -56,7 +69,8 @@ def wants_breakfast(plain: str, has_things: bool) -> bool:
 
 def _without_politeness(clause: str) -> str:
     return re.sub(
-        r"\b(?:i was (?:just )?(?:wondering|hoping|thinking)|was (?:wondering|hoping)|before you go|already (?:late|hungry)|at once|have not eaten|have not had|not had|not eaten|time already)\b",
+        r"\b(?:i was (?:just )?(?:wondering|hoping|thinking)|was (?:wondering|hoping)|before you go|"
+        r"already (?:late|hungry)|at once|have not eaten|have not had|not had|not eaten|time already)\b",
         " ",
         clause,
     ).strip()

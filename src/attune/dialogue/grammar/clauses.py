@@ -186,10 +186,12 @@ class ClauseCutter:
 
 def _wish_holds(text: str, match: re.Match[str]) -> bool:
     """Whether a wish is one: not denied, not a question about it, not a mere liking ("i like")."""
-    before = text[: match.start()].split(" . ")[-1].split(" ? ")[-1]
+    before = text[: match.start()].rsplit(" . ", maxsplit=1)[-1].rsplit(" ? ", maxsplit=1)[-1]
     words = match[0].split()
     if re.search(
-        r"\b(?:do|did|does|not|when|if|whether|what|where|why|how|that|think|who|which|said|says|told)$", before.strip()
+        r"\b(?:do|did|does|not|when|if|whether|what|where|why|how|that|think|who|which|said|says|"
+        r"told)$",
+        before.strip(),
     ) and not re.search(r"\b(?:think|that|said)$", before.strip()):
         return False
     if "like" in words and not {"would", "feel", "need", "want"} & set(words) and words[-1] == "like":

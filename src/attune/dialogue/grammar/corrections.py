@@ -7,22 +7,31 @@ from attune.dialogue.grammar.clauses import Sentence
 from attune.dialogue.grammar.items import Spot, Thing, described
 
 _STRONG = (
-    r"(?:no|nope|sorry|wait|i mean|i meant|i meant to say|or rather|actually|make that|make it|correction|oops|whoops|"
-    r"scratch that|or better|better|pardon|on second thoughts?|not that|forget that|what am i saying|excuse me|i should say|"
-    r"rather|i wanted to say|my mistake|silly me|no no|let me correct that|that is wrong|make them|i misspoke|apologies)"
+    r"(?:no|nope|sorry|wait|i mean|i meant|i meant to say|or rather|actually|make that|make it|correction|oops|"
+    r"whoops|"
+    r"scratch that|or better|better|pardon|on second thoughts?|not that|forget that|what am i saying|excuse me|"
+    r"i should say|"
+    r"rather|i wanted to say|my mistake|silly me|no no|let me correct that|that is wrong|make them|i misspoke|"
+    r"apologies)"
 )
 _WEAK = (
-    r"(?:[,.]|oh|please|yes|just|well|hold on|hang on|let me see|let us see|i think|that is|what is it called|the|ah|or|so|"
-    r"okay|god|dear|would be|maybe|now|a moment|hmm|say|like|you know|not|it|is|was|to be|of course|i want|i need|i would like)"
+    r"(?:[,.]|oh|please|yes|just|well|hold on|hang on|let me see|let us see|i think|that is|what is it called|the|"
+    r"ah|or|so|"
+    r"okay|god|dear|would be|maybe|now|a moment|hmm|say|like|you know|not|it|is|was|to be|of course|i want|i need|"
+    r"i would like)"
 )
 MARKER = rf"(?:(?: {_WEAK})*? {_STRONG}(?: (?:{_WEAK}|{_STRONG}))*?)"
 _THING = re.compile(rf"\bT(\d+)((?: P\d+)*){MARKER} T(\d+)\b")
 _SPOT = re.compile(rf"\bP(\d+){MARKER} P(\d+)\b")
-_TRAILING = re.compile(rf"\bT(\d+)((?: P\d+)*) (?:, )?(?:or )?T(\d+) i mean\b")
+_TRAILING = re.compile(r"\bT(\d+)((?: P\d+)*) (?:, )?(?:or )?T(\d+) i mean\b")
 _AFTERWARDS = re.compile(rf"\bT(\d+)((?: (?:P\d+|please|for me|thanks|[,.]))*){MARKER} (?:in |a )?T(\d+)\b")
 _APPOSITION = re.compile(
-    r"\bT(\d+)((?: P\d+)*)(?: please)? , (?:preferably |if possible |maybe |ideally |perhaps |but )?T(\d+)\b"
+    r"\bT(\d+)((?: P\d+)*)(?: please)? (?:[,.]|(?:(?:, |\. )?(?:it|that|which|they|and it) )?(?:should|must|has to|have to|needs to|"
+    r"ought to) be)(?: (?:preferably|if possible|maybe|ideally|perhaps|but|i mean|namely|specifically|please|is|a|it is|,))* "
+    r"T(\d+)\b"
 )
+_AND_PROPERTY = re.compile(r"\bT(\d+) (?:and|,|and also) T(\d+)\b")
+_NOT_PROPERTY = re.compile(r"\b(T\d+) (?:that|which) (?:is|are) not T(\d+)\b")
 _NEGATED_BEFORE = re.compile(
     r"(?:\bnot|instead of|rather than|in place of|do not (?:want|need)|\bforget|\bwrong|\bno)$"
 )
@@ -43,6 +52,7 @@ def settle(sentence: Sentence, text: str) -> tuple[Sentence, str, bool]:
         spots[second] = _corrected_spot(spots[first], spots[second])
         text = f"{text[: match.start()]}P{second}{text[match.end() :]}"
         corrected = True
+    text = _NOT_PROPERTY.sub(r"\1", text)
     position = 0
     while match := _APPOSITION.search(text, position):
         first, second = int(match[1]), int(match[3])
@@ -52,6 +62,10 @@ def settle(sentence: Sentence, text: str) -> tuple[Sentence, str, bool]:
             continue
         things[first] = merged
         text = f"{text[: match.start()]}T{first}{match[2]}{text[match.end() :]}"
+        more = _AND_PROPERTY.match(text, match.start())
+        if more and things[int(more[2])].head == "bare" and not things[int(more[2])].article:
+            things[first] = _described(merged, things[int(more[2])]) or merged
+            text = f"{text[: match.start()]}T{first}{text[more.end() :]}"
     return Sentence(sentence.skeleton, tuple(things), tuple(spots)), text, corrected
 
 

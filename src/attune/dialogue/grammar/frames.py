@@ -6,6 +6,8 @@ breaks "," "." "?". "could you bring me T0 P0 , please ?"
 
 import re
 
+from attune.dialogue.words import words
+
 T = r"T\d+"
 P = r"P\d+"
 PRONOUN = (
@@ -14,32 +16,46 @@ PRONOUN = (
 
 SOFTENER = (
     r"(?:please|just|also|maybe|possibly|kindly|perhaps|quickly|then|now|ever|really|actually|simply|at least|at all|"
-    r"be able to|manage to|be so \w+(?: \w+)? (?:and|as to|to|,)|be (?:kind|good|nice) enough to|be an? \w+(?: and| to| ,)?|"
-    r"do me (?:a|the) \w+(?: and|,)?|go ahead and|like to|try to|try and|see your way to|help me(?: to| and| by)?|mind|"
+    r"be able to|manage to|be so \w+(?: \w+)? (?:and|as to|to|,)|be (?:kind|good|nice) enough to|"
+    r"be an? \w+(?: and| to| ,)?|"
+    r"do me (?:a|the) \w+(?: and|,)?|go ahead and|like to|try to|try and|see your way to|help me(?: to| and| by)?|"
+    r"mind|"
     r"think (?:that )?you (?:could|can|might)|first|next|go(?: over| back| there| quickly)?(?: and)?|come(?: and)?|"
     r"run(?: and)?|walk(?: over)?(?: and)?|drive(?: over)?(?: and)?|all|too|for me|again|instead|very kindly|,|and|"
-    r"if (?:it is )?(?:possible|you can|you could|you would|you do not mind|not too much trouble)|possible|hurry up and|"
-    r"turn around and|in that case|as well|quick|dear|love|mate|robot|by any chance|perchance|at some point|next time)"
+    r"if (?:it is )?(?:possible|you can|you could|you would|you do not mind|not too much trouble)|possible|"
+    r"hurry up and|"
+    r"turn around and|in that case|as well|quick|dear|love|mate|robot|by any chance|perchance|at some point|"
+    r"next time)"
 )
 _YOU = (
     r"(?:(?:can|could|would|will|wo|might|may|ca) (?:not )?(?:you|u|ya)|"
-    r"(?:do|would) (?:not )?you (?:think (?:that )?you (?:could|can|might|would)|mind|like to|want to|happen to|possibly)|"
+    r"(?:do|would) (?:not )?you (?:think (?:that )?you (?:could|can|might|would)|mind|like to|want to|happen to|"
+    r"possibly)|"
     r"you (?:can|could|might|may|should|must|have to|need to|ought to|may as well|might want to|are to|better)|"
-    r"(?:i|we) (?:\w+ )?(?:would like|want|need|would love|would prefer|wanted|require|expect|ask|order|beg|urge|command) "
+    r"(?:i|we) (?:\w+ )?(?:would like|want|need|would love|would prefer|wanted|require|expect|ask|order|beg|urge|"
+    r"command) "
     r"(?:\w+ )?you to|"
-    r"(?:i|we) (?:was|am|were|are|had been|have been)? ?(?:just |really |kind of |sort of )*(?:wonder\w*|hop\w*|think\w*|"
+    r"(?:i|we) (?:was|am|were|are|had been|have been)? ?(?:just |really |kind of |sort of )*(?:wonder\w*|hop\w*|"
+    r"think\w*|"
     r"going to ask)(?: that| if| whether| maybe| perhaps)* you (?:could|might|can|would|will|may)|"
-    r"(?:i|we) (?:would be|would really be|am|was) (?:\w+ )?(?:grateful|thankful|happy|glad|delighted|pleased|obliged) "
+    r"(?:i|we) (?:would be|would really be|am|was) (?:\w+ )?(?:grateful|thankful|happy|glad|delighted|pleased|"
+    r"obliged) "
     r"if you (?:could|would|can|might)|"
     r"(?:i|we) would (?:\w+ )?(?:appreciate|love|like) it if you (?:could|would|can)|"
     r"if (?:only )?you (?:could|would|can|might|will)|"
-    r"is it possible (?:for you )?to|is there any (?:chance|way|possibility) (?:that )?(?:for )?you (?:could|can|to|might)|"
+    r"is it possible (?:for you )?to|is there any (?:chance|way|possibility) (?:that )?(?:for )?you (?:could|can|"
+    r"to|might)|"
     r"any (?:chance|way) (?:that )?you (?:could|can|might|to|would)|"
-    r"would it be (?:possible|okay|alright|all right|too much\w*(?: to ask| trouble)?)(?: for you)? (?:to|if you could|if you)|"
-    r"would it (?:\w+ )*trouble you (?:\w+ )?to|(?:may|can|could|might) (?:i|we) (?:\w+ )?(?:ask|trouble|beg|get|have|bother) "
-    r"you (?:to)?|why (?:do|can|will|wo|ca) not you|make sure (?:to|you|that you)|remember to|do not forget to|feel free to|"
+    r"would it be (?:possible|okay|alright|all right|too much\w*(?: to ask| trouble)?)(?: for you)? (?:to|"
+    r"if you could|if you)|"
+    r"would it (?:\w+ )*trouble you (?:\w+ )?to|(?:may|can|could|might) (?:i|we) (?:\w+ )?(?:ask|trouble|beg|get|"
+    r"have|bother) "
+    r"you (?:to)?|why (?:do|can|will|wo|ca) not you|make sure (?:to|you|that you)|remember to|do not forget to|"
+    r"feel free to|"
     r"i (?:said|say|told you to|asked you to|repeat)|how about (?:if )?you|what if you|time to|"
-    r"it would be \w+ (?:if you (?:could|would)|for you to)|that you (?:could|can|would)|you (?:will|would) (?:please|now)|"
+    r"(?:is|would) it (?:be )?(?:okay|alright|all right|possible|fine|too much) (?:if|for) you(?: (?:to|could|would|can))?|"
+    r"it would be \w+ (?:if you (?:could|would)|for you to)|that you (?:could|can|would)|you (?:will|"
+    r"would) (?:please|now)|"
     r"be (?:so )?(?:kind|good|nice|sweet|lovely|dear) (?:and|to|as to|enough to)|be an? \w+(?: and| ,)|"
     r"do me (?:a|the) \w+(?: and|,)?|i will need you to|i am going to need you to|let us have you|are you able to|"
     r"it is your turn to|your (?:task|job) is to|please to|i insist that you|next you)"
@@ -65,19 +81,28 @@ _WANT = (
     r"feel like|am in need of|am dying for|will have|will take|would take|would have|must have|had like|"
     r"would rather have|would rather like|would rather take|would kill for|could murder|could go for|would go for|"
     r"will need|would need|am going to need|was hoping for|was after|am hoping for|wanted|would want|"
-    r"would be (?:very |so |really )?(?:grateful|thankful|glad|happy|delighted|pleased) (?:for|with|about|to have|to get)|"
+    r"would be (?:very |so |really )?(?:grateful|thankful|glad|happy|delighted|pleased) (?:for|with|about|to have|"
+    r"to get)|"
     r"could handle|may need|might need|might want|shall have|shall need|are in need of|are after|are looking for|"
     r"would rather|would sooner have|wouldn't mind|would not mind|would not say no to|like)"
 )
 _TO_HAVE = (
-    r"(?: (?:to|please to) (?:please |also |just )?(?:have|get|eat|drink|use|try|order|be given|take|enjoy|borrow|receive|"
+    r"(?: (?:to|please to) (?:please |also |just )?(?:have|get|eat|drink|use|try|order|be given|take|enjoy|borrow|"
+    r"receive|"
     r"ask for|ask you for|request|see|start with|hold|drink from|eat from|get hold of|be brought)| having| getting)?"
 )
-_GAP = r"(?: (?:please|also|just|maybe|perhaps|some of|you to have|now|really|like|uh|you know|say|well|actually|only|,|back))*"
+_GAP = (
+    r"(?: (?:please|also|just|maybe|perhaps|some of|you to have|now|really|like|uh|you know|say|well|actually|"
+    r"only|,|back))*"
+)
 WISH = re.compile(
     rf"\b(?:(?:i|we|me|id) (?:{_ADVERB} )*{_WANT}(?: {_ADVERB})*{_TO_HAVE}"
-    r"|(?:can|could|may|might|shall) (?:i|we)(?: please| also| possibly| maybe| just| perhaps| kindly| by any chance| now| then)*"
-    r" (?:have|get|grab|take|borrow|trouble you for|bother you for|ask(?: you)? for|be given|get hold of|receive|see|use)"
+    r"|(?:can|could|may|might|shall) (?:i|we)(?: please| also| possibly| maybe| just| perhaps| kindly|"
+    r" by any chance| now| then)*"
+    r" (?:have|get|grab|take|borrow|trouble you for|bother you for|ask(?: you)? for|be given|get hold of|receive|"
+    r"see|use)"
+    r"|(?:think|if|whether|mind if|that|hoping|maybe|perhaps|wondering) (?:i|we) (?:could|can|might|may|would)(?: please| also)?"
+    r" (?:have|get|grab|take|borrow|ask for)"
     r"|let (?:me|us)(?: please| just| all)? (?:have|get|go for|take|use)"
     r"|(?:is|would|was) there (?:be )?(?:any|a|some) (?:chance|possibility|way)(?: of| for| that| to| i| we)*"
     r"(?: could| can| might| may)?(?: have| get| having| getting)?"
@@ -85,31 +110,39 @@ WISH = re.compile(
     r"|(?:how|what) about(?: having| getting)?"
     r"|what (?:i|we)(?: really| actually| now)? (?:need|want|would like|would love|was after|am after)(?: now)? is"
     r"|all (?:i|we) (?:need|want) is"
+    r"|(?:would it be|is it)(?: \w+)? possible (?:for (?:me|us) )?to (?:have|get|see)"
     r"|(?:it|that) would be \w+ (?:to (?:have|get)|with)|would be \w+ to (?:have|get)"
     r"|(?:my|our) (?!T\d)\w+ (?:needs|would like|would love|wants|also needs|still needs|need)"
     r"|do you have|have you got|have you"
     rf")(?={_GAP} T\d)"
 )
 LACK = re.compile(
-    r"\b(?:(?:i|we) (?:\w+ )?(?:do not have|have no|have not got|have not|am missing|are missing|am short of|are short of|"
-    r"forgot|have forgotten|lost|have lost|can not find|could not find|dropped|am lacking|ran out of|are running out of|"
-    r"have run out of|are out of|am out of|are all out of|are completely out of)|there (?:is|are) no)(?= (?:any |enough )?T\d)"
+    r"\b(?:(?:i|we) (?:\w+ )?(?:do not have|have no|have not got|have not|am missing|are missing|am short of|"
+    r"are short of|"
+    r"forgot|have forgotten|lost|have lost|can not find|could not find|dropped|am lacking|ran out of|"
+    r"are running out of|"
+    r"have run out of|are out of|am out of|are all out of|are completely out of)|there (?:is|are) no)(?= (?:any |"
+    r"enough )?T\d)"
 )
 TERSE_WISH = re.compile(
     r"(?:^|(?<=[.,?] )|(?<=and )|(?<=please )|(?<=robot ))(?:want|need|wanting|needing|would like)(?= T\d)"
 )
 PRAISE = re.compile(
     rf"({T}(?: (?:and|,|or) {T})*(?: {P})?)(?: too| also| as well)? (?:would|will|might|should)(?: really| also)? "
-    r"(?:be (?:\w+ )?(?:nice|great|lovely|good|perfect|wonderful|fine|brilliant|fantastic|super|handy|useful|excellent|"
-    r"amazing|appreciated|ideal|better|best|welcome|helpful|marvellous|cool|grand|needed|awesome|enough)|do(?: nicely| fine)?|"
+    r"(?:be (?:\w+ )?(?:nice|great|lovely|good|perfect|wonderful|fine|brilliant|fantastic|super|handy|useful|"
+    r"excellent|"
+    r"amazing|appreciated|ideal|better|best|welcome|helpful|marvellous|cool|grand|needed|awesome|enough)|"
+    r"do(?: nicely| fine)?|"
     r"hit the spot|help)\b"
 )
 NEEDED = re.compile(rf"({T}(?: (?:and|,) {T})*) (?:is|are) (?:also |still )?(?:needed|required|wanted|missing)\b")
 FOR_ME = re.compile(rf"^(?:do you have|have you got|have you) ?.*{T}.* for (?:me|us)\b")
 
 QUESTION = re.compile(
-    r"^(?:and |but |so |well |okay |oh |hey |now |, |robot )*(?:what|where|who|whose|whom|when|how|which|why|did|does|has|had|"
-    r"was|were|is|are|am|do (?:we|they|i|you)|have (?:you|we|they|i)|should (?:i|we)|shall (?:i|we)|would (?:he|she|they|it)|"
+    r"^(?:and |but |so |well |okay |oh |hey |now |, |robot )*(?:what|where|who|whose|whom|when|how|which|why|did|"
+    r"does|has|had|"
+    r"was|were|is|are|am|do (?:we|they|i|you)|have (?:you|we|they|i)|should (?:i|we)|shall (?:i|we)|would (?:he|"
+    r"she|they|it)|"
     r"could (?:he|she|they)|can (?:he|she|they)|will (?:he|she|they|it))\b"
 )
 PAST = re.compile(
@@ -117,20 +150,47 @@ PAST = re.compile(
     r"when (?:i|we) (?:was|were)|every (?:day|morning|week|time|evening)|always|usually|once upon|tomorrow|next week|"
     r"the other day|back then|in the old days|this morning|never)\b"
 )
-NEVER_BEFORE_VERB = frozenset(
+NEVER_BEFORE_VERB = words(
     "i he she we they it who someone somebody everyone people nobody to not never do does did will would can could "
-    "should must may might shall always often usually sometimes us him her them let me the a an my his our your their "
-    "this that these those some of in on at for with from by is are was were be been being had has have help helped "
-    "made make told asked said which what how when where if than as because about into just's one's us' s".split()
+    "should must may might shall always often usually sometimes us him her them let me the a an my his "
+    "our your their this that these those some of in on at for with from by is are was were be been being "
+    "had has have help helped"
+    "made make told asked said which what how when where if than as because about into just's one's us' s"
 )
 ADDITIVE = re.compile(
-    r"\b(?:too|as well|also|another|one more|two more|more|in addition|additionally|on top of that|extra|besides|plus|"
-    r"while you are (?:at it|there|up|about it)|at the same time|along with|together with|aswell|additional)\b|^(?:oh |, )*and\b"
+    r"\b(?:too|as well|also|another|one more|two more|more|in addition|additionally|on top of that|extra|besides|"
+    r"plus|"
+    r"while you are (?:at it|there|up|about it)|at the same time|along with|together with|aswell|additional)\b|"
+    r"^(?:oh |, )*and\b"
 )
 CORRECTION = re.compile(
     r"\b(?:instead|rather|prefer|wrong|i mean|i meant|i said|i wanted|i asked for|i was asking for|i had asked for|"
     r"i did ask for|make (?:it|that)|change (?:it|that) (?:to|for|into)|change of plans?|changed? my mind|"
-    r"on second thoughts?|actually|better|after all|not what i|misunderst\w+|mistake|not that one|not this one|not that|"
-    r"turn it into|(?:swap|exchange|replace|switch|trade) (?:it|that|this|them)|what i meant|i ordered|supposed to be|correction|"
+    r"on second thoughts?|actually|better|after all|not what i|misunderst\w+|mistake|not that one|not this one|"
+    r"not that|"
+    r"turn it into|(?:swap|exchange|replace|switch|trade) (?:it|that|this|them)|what i meant|i ordered|"
+    r"supposed to be|correction|"
     r"i told you)\b|^(?:oh |ah |hey |, |robot |okay |wait |sorry |stop |hold on )*(?:no|nope|not)\b"
 )
+
+_ASIDE = re.compile(
+    r"(?: ?,)? ?\b(?:if (?:it is |that is )?(?:not )?too (?:much|big a) (?:of a )?(?:trouble|bother|hassle|problem|ask)|"
+    r"if you (?:do not|would not) mind|if (?:it is |that is |at all )?(?:possible|okay|all right|alright)(?: for you)?|"
+    r"when(?:ever)? you (?:have|get|find|can spare) (?:a |the |some )?(?:moment|minute|second|time|chance|sec)|"
+    r"when(?:ever)? you (?:can|are (?:ready|free|done|finished)|like)|as soon as (?:possible|you can)|if you (?:can|could|would|"
+    r"will|please|like|want|may|have time|get a chance|have a (?:moment|minute|second))(?= *(?:[.,?]|$))|if i may(?: ask)?|"
+    r"if you (?:would|could) be so kind|would you(?: please| kindly)?(?= *(?:[.?]|$))|could you(?: please)?(?= *(?:[.?]|$))|"
+    r"excuse me|you know(?: what)?|let me think|let me see|i suppose|i guess|if i remember (?:right|correctly)|by the way|"
+    r"to be honest|at your convenience|no rush|no hurry|there is no rush|that would be (?:\w+ )?(?:great|nice|lovely|kind|"
+    r"wonderful|perfect|good|fantastic|helpful)|that is (?:very )?(?:kind|nice|sweet) of you|many thanks|thank you(?: so much| "
+    r"very much| kindly)?|thanks(?: a lot| so much| a million| in advance)?|in a (?:moment|minute|bit|while|second)|right away|"
+    r"straight away|right now|right this minute|for (?:breakfast|lunch|dinner|supper|tea)(?= *(?:[.,?]|$|please))|"
+    r"for (?:me|us)|hold on|hang on|wait(?: a (?:minute|moment|second|sec))?|hold it|one moment|just a (?:minute|moment|second)|"
+    r"would that be (?:okay|possible|all right|alright)|is that (?:okay|possible|all right|alright)|good morning|"
+    r"good evening|good afternoon)\b"
+)
+
+
+def without_asides(text: str) -> str:
+    """A skeleton without courtesies and other asides, which say nothing about what is wanted."""
+    return " ".join(_ASIDE.sub(" ,", f"{text} ").split()).strip(" ,")

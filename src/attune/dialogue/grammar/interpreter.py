@@ -2,6 +2,7 @@
 
 import re
 from collections import OrderedDict
+from collections.abc import Sequence
 from dataclasses import replace
 
 from attune.core.messages import ObjectSpec
@@ -20,12 +21,14 @@ from attune.dialogue.grammar.stopping import find_stop, without_denied_stops
 from attune.dialogue.grammar.tokens import Token, tokenize
 from attune.dialogue.interpreter import Interpretation
 from attune.dialogue.lexicon import Lexicon, load_lexicon
+from attune.dialogue.words import words
 
 _KEPT_LEXICONS = 32
+_LONGEST_FRAGMENT = 12
 _INSTRUCTIONS = frozenset({"bring_me", "replace_object", "change_location", "setting_breakfast"})
-_DANGLING = frozenset(
-    "the a an my your our to from on in of with and or some that this please bring get fetch put take give hand pass could can "
-    "would you want need like i for at into onto its their his her".split()
+_DANGLING = words(
+    "the a an my your our to from on in of with and or some that this bring get fetch put take "
+    "give hand pass could can would you want need like i for at into onto its their his her"
 )
 
 
@@ -98,7 +101,7 @@ class GrammarInterpreter:
             return noted
         has_things = re.search(r"\bT\d+\b", text) is not None
         wanted = self._wanted(text, sentence, context, lexicon, said)
-        if wants_breakfast(self._plain_of(text, sentence) if fragment else plain, bool(wanted.add)):
+        if wants_breakfast(self._plain_of(text, sentence), bool(wanted.add)):
             return Interpretation(intent="setting_breakfast", confidence=0.92, reason="asks for breakfast")
         result = _decide(wanted, text, context, said)
         if result is not None:
@@ -108,7 +111,7 @@ class GrammarInterpreter:
     def _wanted(
         self, text: str, sentence: Sentence, context: Context, lexicon: Lexicon, said: tuple[ObjectSpec, ...]
     ) -> Wanted:
-        settled, text, _ = settle(sentence, text)
+        settled, text, _ = settle(sentence, frames.without_asides(text))
         return RequestReader(settled, context, lexicon, said).read(self._cutter.cut(text))
 
     @staticmethod
@@ -118,15 +121,15 @@ class GrammarInterpreter:
     @staticmethod
     def _no_request(plain: str, text: str, wanted: Wanted, has_things: bool) -> Interpretation:
         words = plain.strip(" .,?").split()
-        if words and words[-1] in _DANGLING and len(words) <= 12:
-            return Interpretation(intent="fragment", confidence=0.7, reason="breaks off before it says what")
-        if wanted.unknown and (wanted.asked or wanted.framed):
+        if wanted.unknown and (wanted.asked or wanted.framed) and not _breaks_off(words):
             return Interpretation(
                 intent="unknown_object", unknown=wanted.unknown, confidence=0.7, reason="asks for something unknown"
             )
         status = status_question(plain)
         if status is not None:
             return status
+        if _breaks_off(words):
+            return Interpretation(intent="fragment", confidence=0.7, reason="breaks off before it says what")
         if wanted.unresolved:
             return Interpretation(intent="unclear", confidence=0.5, reason="points at something that was not named")
         if wanted.pronoun and wanted.asked:
@@ -150,6 +153,13 @@ class GrammarInterpreter:
                 self._extended.popitem(last=False)
         self._extended.move_to_end(key)
         return self._extended[key]
+
+
+def _breaks_off(words: Sequence[str]) -> bool:
+    """Whether a sentence ends where none does: "bring me the", "could you"."""
+    if not words or len(words) > _LONGEST_FRAGMENT or words[-1] not in _DANGLING:
+        return False
+    return words[-1] not in {"you", "it"} or (len(words) > 1 and words[-2] in {"can", "could", "would", "will"})
 
 
 def _decide(wanted: Wanted, text: str, context: Context, said: tuple[ObjectSpec, ...]) -> Interpretation | None:

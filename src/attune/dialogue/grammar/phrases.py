@@ -7,10 +7,11 @@ from attune.core.messages import ObjectSpec, Size
 from attune.dialogue.grammar.items import Break, Item, Role, Spot, Thing, Word
 from attune.dialogue.grammar.tokens import Token
 from attune.dialogue.lexicon import Entry, Lexicon
+from attune.dialogue.words import words
 
 _BREAKS = frozenset({",", ".", "?"})
-_DEFINITE = frozenset("the my your our his her their its this that these those 's".split())
-_INDEFINITE = frozenset("a an some any another one each every either".split())
+_DEFINITE = words("the my your our his her their its this that these those 's")
+_INDEFINITE = words("a an some any another one each every either")
 _AMOUNTS: dict[tuple[str, ...], int] = {
     ("a", "couple", "of"): 2, ("a", "couple"): 2, ("a", "pair", "of"): 2, ("a", "few"): 1, ("a", "bit", "of"): 1,
     ("a", "little", "bit", "of"): 1, ("a", "drop", "of"): 1, ("a", "set", "of"): 1, ("a", "piece", "of"): 1,
@@ -43,19 +44,20 @@ _PREPOSITIONS: tuple[tuple[tuple[str, ...], Role], ...] = tuple(
         key=lambda pair: -len(pair[0]),
     )  # type: ignore[arg-type]
 )
-_PLACE_ADJECTIVES = frozenset("top bottom upper lower middle left right kitchen dining other same wall corner".split())
-_NOT_ADJECTIVES = frozenset(
-    "i you he she it we they me us him them and or but not no is are was were be am do does did have has had can could "
-    "will would shall should may might must to of in on at from for with by as if that this there here please instead "
-    "than rather bring get fetch give take put want need like one what which who where when how why said so then "
-    "because meant mean sorry wait actually stop over into onto out off up down again also just too now's".split()
+_PLACE_ADJECTIVES = words("top bottom upper lower middle left right kitchen dining other same wall corner")
+_NOT_ADJECTIVES = words(
+    "i you he she it we they me us him them and or but not no is are was were be am do does did have has "
+    "had can could will would shall should may might must to of in on at from for with by as if that this "
+    "there here please instead than rather bring get fetch give take put want need like one what which "
+    "who where when how why said so then because meant mean sorry wait actually stop over into onto out "
+    "off up down again also just too now's"
 )
 _RELATIVES = (("that", "is"), ("which", "is"), ("that", "are"), ("which", "are"), ("who", "is"), ("that", "was"),
               ("which", "was"), ("that", "'s"), ("which", "'s"))  # fmt: skip
-_STANDING = frozenset("stands standing sits sitting lies lying sit lie stand stored kept lives located hidden".split())
-_WHERE_RELATIVES = frozenset(
-    "that which you i we keep kept left put will find should be have has can there over right just always got "
-    "somewhere probably still usually there's is are".split()
+_STANDING = words("stands standing sits sitting lies lying sit lie stand stored kept lives located hidden")
+_WHERE_RELATIVES = words(
+    "that which you i we keep kept left put will find should be have has can there over right just always "
+    "got somewhere probably still usually there's is are"
 )
 
 
@@ -169,7 +171,7 @@ class PhraseReader:
         elif at > start and article and words[at - 1] == "one" and self._stands_alone(words, at - 1):
             thing = replace(self._make(draft, definite, article, count, "", draft.size), head="one")
         elif (draft.color or draft.size or draft.other or draft.ordinal or another) and self._ends(words, at):
-            if (draft.other or draft.ordinal) and not draft.color and not draft.size and not article:
+            if (draft.other or draft.ordinal) and not draft.color and not draft.size and not definite and not another:
                 return None
             thing = replace(self._make(draft, definite, article, count, "", draft.size), head="bare")
         elif count > 1 and self._ends(words, at):
@@ -353,9 +355,10 @@ class PhraseReader:
         return replace(thing, spec=replace(thing.spec, location=spot[0].place)), spot[1]
 
 
-_AFTER_BARE = frozenset(
-    "and or from in on at please instead too as no not sorry i rather out off thanks thank for than with but if when "
-    "to of would could can is are now actually wait mean over that which inside also then will you".split()
+_AFTER_BARE = words(
+    "and or from in on at please instead too as no not sorry i rather out off thanks thank for than with "
+    "but if when to of would could can is are now actually wait mean over that which inside also then "
+    "will you"
 )
 
 

@@ -5,42 +5,67 @@ import re
 from attune.core.messages import Band
 from attune.dialogue.interpreter import Intent, Interpretation, StatusTopic, StyleWish
 
-_POLITE = r"(?:please|robot|now|okay|just|then|thanks|thank you|hey|oh|well|so|yes|alright|all right|right|and|but|no|you can|you may|could you|can you|would you|will you|let us|i would like you to|i want you to|would you mind|you should|now you can|,|\.|\?)"
+_POLITE = (
+    r"(?:please|robot|now|okay|just|then|thanks|thank you|hey|oh|well|so|yes|alright|all right|right|and|"
+    r"but|no|you can|you may|could you|can you|would you|will you|let us|i would like you to|i want you to|"
+    r"would you mind|you should|now you can|,|\.|\?)"
+)
 
 _CARRY_ON = re.compile(
-    rf"(?:{_POLITE} )*(?:carry(?:ing)? on|go(?:ing)? on|continue|continuing|keep going|resume|go ahead|proceed|keep at it|keep it up|"
-    r"keep moving|start again|move on|you can start again|on you go|as you were|finish (?:it|the task|what you were doing)|pick up where you left off|"
-    rf"unfreeze|unpause|get going again|get on with it)(?: (?:with (?:it|that|the task|what you were doing|your work|your task|breakfast)|working|again|from where you (?:stopped|were)|moving|what you were doing|bringing .*|as before|{_POLITE}))*[ .,?]*"
+    rf"(?:{_POLITE} )*(?:carry(?:ing)? on|go(?:ing)? on|continue|continuing|keep going|resume|go ahead|proceed|"
+    rf"keep at it|keep it up|"
+    r"keep moving|start again|move on|you can start again|on you go|as you were|finish (?:it|the task|"
+    r"what you were doing)|pick up where you left off|"
+    rf"unfreeze|unpause|get going again|get on with it)(?: (?:with (?:it|that|the task|what you were doing|"
+    rf"your work|your task|breakfast)|working|again|from where you (?:stopped|were)|moving|what you were doing|"
+    rf"bringing .*|as before|{_POLITE}))*[ .,?]*"
 )
 _PUT_BACK = re.compile(
-    rf"(?:{_POLITE} )*(?:(?:put|take|bring|carry|move|place) (?:it|that|this|them|those|everything|both) (?:back|away)|(?:put|take) (?:back|away) (?:it|that|everything|them)|"
-    rf"return (?:it|that|them|this|everything)|put it where (?:it was|you found it|you got it))(?: (?:to )?where (?:it|they|you) .*| again| to (?:its|their) place| (?:into|in) (?:its|their) place|{_POLITE})*[ .,?]*"
+    rf"(?:{_POLITE} )*(?:(?:put|take|bring|carry|move|place) (?:it|that|this|them|those|everything|both) (?:back|"
+    rf"away)|(?:put|take) (?:back|away) (?:it|that|everything|them)|"
+    rf"return (?:it|that|them|this|everything)|put it where (?:it was|you found it|"
+    rf"you got it))(?: (?:to )?where (?:it|they|you) .*| again| to (?:its|their) place| (?:into|in) (?:its|"
+    rf"their) place| {_POLITE})*[ .,?]*"
 )
 _REPEAT = re.compile(
-    rf"(?:{_POLITE} )*(?:(?:say|repeat) (?:that|it|this)?(?: again| one more time| once more)?|repeat|pardon(?: me)?|what did you say|what was that|come again|say again|excuse me|"
-    rf"i did not (?:hear|catch|get|understand) (?:that|you|it|what you said)|once more|sorry|what)(?: {_POLITE})*[ .,?]*"
+    rf"(?:{_POLITE} )*(?:(?:say|repeat) (?:that|it|this)?(?: again| one more time| once more)?|repeat|"
+    rf"pardon(?: me)?|what did you say|what was that|come again|say again|excuse me|"
+    rf"i did not (?:hear|catch|get|understand) (?:that|you|it|what you said)|once more|sorry|"
+    rf"what)(?: {_POLITE})*[ .,?]*"
 )
 _LESS = re.compile(
-    r"\b(?:(?:talk|speak|tell me|say|chatter|announce) less|less (?:talking|talk|chatter|chatty|words|information|detail|announcements)|"
-    r"(?:do|need|have) not (?:have to |need to |always )?(?:tell|say|announce|explain|describe|report)(?: me)? (?:everything|so much|every\w*|each|all|that much|what you are doing|that|it all|anything)|"
-    r"not talk so much|do not talk|talk too much|too chatty|too much talking|be (?:quiet|silent)|shut up|stop (?:talking|speaking|telling me|announcing|chatting|babbling|explaining|yelling|shouting)|"
-    r"no need to (?:tell|say|announce|explain|comment)|keep it short|be brief|(?:please )?shush|hush|silence|only the (?:important|essential)|without (?:talking|commenting)|save your breath|not so many words|just do it)\b"
+    r"\b(?:(?:talk|speak|tell me|say|chatter|announce) less|less (?:talking|talk|chatter|chatty|words|information|"
+    r"detail|announcements)|"
+    r"(?:do|need|have) not (?:have to |need to |always )?(?:tell|say|announce|explain|describe|"
+    r"report)(?: me)? (?:everything|so much|every\w*|each|all|that much|what you are doing|that|it all|anything)|"
+    r"not talk so much|do not talk|talk too much|too chatty|too much talking|be (?:quiet|silent)|shut up|"
+    r"stop (?:talking|speaking|telling me|announcing|chatting|babbling|explaining|yelling|shouting)|"
+    r"no need to (?:tell|say|announce|explain|comment)|keep it short|be brief|(?:please )?shush|hush|silence|"
+    r"only the (?:important|essential)|without (?:talking|commenting)|save your breath|not so many words|"
+    r"just do it)\b"
 )
 _MORE = re.compile(
-    r"\b(?:(?:talk|speak|explain|say|tell me) (?:a bit |a little )?more|tell me (?:what|everything|each|every|when|before|about (?:what|everything)|where you|step)|keep me (?:informed|posted|updated|in the loop)|"
-    r"let me know (?:what|when|before|everything)|explain (?:what|everything)|warn me before|announce (?:everything|every|what|your)|say what you|describe what you|inform me|more (?:detail\w*|information))\b"
+    r"\b(?:(?:talk|speak|explain|say|tell me) (?:a bit |a little )?more|tell me (?:what|everything|each|every|"
+    r"when|before|about (?:what|everything)|where you|step)|keep me (?:informed|posted|updated|in the loop)|"
+    r"let me know (?:what|when|before|everything)|explain (?:what|everything)|warn me before|"
+    r"announce (?:everything|every|what|your)|say what you|describe what you|inform me|more (?:detail\w*|"
+    r"information))\b"
 )
 _SLOWER = re.compile(
     r"\b(?:slower|more slowly|slow down|too fast|(?:speak|talk|say) (?:\w+ )?slow(?:ly)?|not so fast)\b"
 )
 _FASTER = re.compile(
-    r"\b(?:(?:speak|talk|say \w+) (?:\w+ ){0,2}(?:faster|quicker|more quickly)|faster|too slow(?:ly)?|speed up|talk quickly)\b"
+    r"\b(?:(?:speak|talk|say \w+) (?:\w+ ){0,2}(?:faster|quicker|more quickly)|faster|too slow(?:ly)?|speed up|"
+    r"talk quickly)\b"
 )
 _LOUDER = re.compile(
-    r"\b(?:louder|speak up|(?:can|could) not hear you|too quiet(?:ly)?|too soft(?:ly)?|more loudly|turn (?:up the volume|the volume up|it up)|volume up|hard of hearing|talk up|raise your voice)\b"
+    r"\b(?:louder|speak up|(?:can|could) not hear you|too quiet(?:ly)?|too soft(?:ly)?|more loudly|"
+    r"turn (?:up the volume|the volume up|it up)|volume up|hard of hearing|talk up|raise your voice)\b"
 )
 _QUIETER = re.compile(
-    r"\b(?:quieter|not so loud|too loud(?:ly)?|more quietly|(?:speak|talk) (?:more )?(?:softly|quietly|softer)|softer|lower your voice|turn (?:down the volume|the volume down|it down)|volume down|keep your voice down|less loud|whisper)\b"
+    r"\b(?:quieter|not so loud|too loud(?:ly)?|more quietly|(?:speak|talk) (?:more )?(?:softly|quietly|softer)|"
+    r"softer|lower your voice|turn (?:down the volume|the volume down|it down)|volume down|keep your voice down|"
+    r"less loud|whisper)\b"
 )
 
 _NUMBERS = {"twenty": 20, "thirty": 30, "forty": 40, "fourty": 40, "fifty": 50, "sixty": 60, "seventy": 70, "eighty": 80, "ninety": 90,
@@ -51,33 +76,60 @@ _AGE = re.compile(
     + r")(?:ties|s)?(?: \w+)?(?: years?(?: old| young)?)?[ .,]*$"
 )
 _OLD = re.compile(
-    r"\bi am (?:an? )?(?:very |quite |rather )?(old|older|elderly|senior|pensioner|retired|young|younger|teenager|student|kid|child)(?: \w+)?[ .,]*$"
+    r"\bi am (?:an? )?(?:very |quite |rather )?(old|older|elderly|senior|pensioner|retired|young|younger|teenager|"
+    r"student|kid|child)(?: \w+)?[ .,]*$"
 )
 
 _THANKS = re.compile(
-    r"^(?:\w+ ){0,2}?(?:thank you|thanks|cheers|much appreciated|well done|good (?:job|robot|work|boy)|great job|perfect|wonderful|brilliant|excellent|lovely|great|good|nice|very good|fantastic|awesome|super|cool|fine|i appreciate it)\b[^TP?]{0,40}$"
+    r"(?:(?:oh|okay|well|yes|no|that is|that was|it is|this is|you are|very|so|really|all|just|right|a|great|ah|good|i|and) )*"
+    r"(?:thank you|thanks|cheers|much appreciated|well done|good (?:job|robot|work|boy|girl)|great job|nice job|perfect|"
+    r"wonderful|brilliant|excellent|lovely|great|good|nice|fantastic|awesome|super|cool|fine|appreciate it|amazing|"
+    r"delicious|you are the best|love it|that is all)"
+    r"(?: (?:thank you|thanks|so|very|much|a|lot|again|robot|indeed|for (?:that|your help|everything|helping|the help)|"
+    r"that is|perfect|great|lovely|kind|of you|good|job|work|you are|welcome|now|everything|all|done|my|dear|friend|"
+    r"wonderful|nice|it is|bye|,|\.|too|then|well))*"
 )
 _GREETING = re.compile(
-    r"^(?:hello|hi|hey|good (?:morning|evening|afternoon|day|night)|greetings|goodbye|bye|see you|how are you|how do you do|nice to meet you|good to see you)\b[^TP]*$"
+    r"(?:(?:oh|well|and|,|\.) )*(?:hello|hi|hey|good (?:morning|evening|afternoon|day|night)|greetings|goodbye|bye|see you|"
+    r"how are you|how do you do|nice to meet you|good to see you|welcome)"
+    r"(?: (?:there|robot|hello|hi|hey|my|dear|friend|everyone|everybody|all|good|morning|evening|how|are|you|today|again|later|"
+    r"soon|bye|buddy|old|old chap|little|i am|back|doing|feeling|do|is it going|going|nice to|meet|see|to|and|then|tomorrow|"
+    r",|\.|\?))*"
 )
 _BACKCHANNEL = re.compile(
-    r"^(?:(?:mhm|uh|huh|aha|ah|oh|okay|right|i see|got it|sure|alright|all right|hm+|mm+|well|so|yes|really|indeed|ha|haha|wow|interesting|fine|yay|ooh|,|\.|\?) ?)+$"
+    r"^(?:(?:mhm|uh|huh|aha|ah|oh|okay|right|i see|got it|sure|alright|all right|hm+|mm+|well|so|yes|really|"
+    r"indeed|ha|haha|wow|interesting|fine|yay|ooh|,|\.|\?) ?)+$"
 )
 YES = re.compile(
-    r"^(?:(?:yes|sure|okay|alright|all right|right|of course|please do|please|go ahead|do that|do it|exactly|correct|absolutely|definitely|certainly|indeed|sounds? (?:good|great|fine|lovely)|"
-    r"that (?:is|would be|sounds) (?:right|fine|good|great|lovely|perfect|nice|correct|okay|wonderful)|(?:would be|is) fine|i do|i did|why not|good idea|perfect|by all means|affirmative|very well|great|fine|that one|that is (?:the one|it)|"
-    r"thank you|thanks|i would|i would like that|i would love that|please yes|you may|oh|and|then|that|with me|by me|it is|they are|if you (?:could|would|like|want|must)|lovely|good|robot|well|would you|,|\.|do|so|be so kind|i think so|right then|dear|just) ?)+$"
+    r"^(?:(?:yes|sure|okay|alright|all right|right|of course|please do|please|go ahead|do that|do it|exactly|"
+    r"correct|absolutely|definitely|certainly|indeed|sounds? (?:good|great|fine|lovely)|"
+    r"that (?:is|would be|sounds) (?:right|fine|good|great|lovely|perfect|nice|correct|okay|wonderful)|"
+    r"(?:would be|is) fine|i do|i did|why not|good idea|perfect|by all means|affirmative|very well|great|fine|"
+    r"that one|that is (?:the one|it)|"
+    r"thank you|thanks|i would|i would like that|i would love that|please yes|you may|oh|and|then|that|with me|"
+    r"by me|it is|they are|if you (?:could|would|like|want|must)|lovely|good|robot|well|would you|,|\.|do|so|"
+    r"be so kind|i think so|right then|dear|just) ?)+$"
 )
 NO = re.compile(
-    r"^(?=.*\b(?:no|nope|not|neither|none|nothing|negative|fine|okay)\b)(?!.*\bokay$)(?:(?:no|nope|not really|neither|none|none of them|neither of them|nothing|negative|thank you|thanks|i do not|no need|not that one|not those|please|not now|i did not|it is okay|i am fine|it is not|do not|well|oh|,|\.|not) ?)+$"
+    r"^(?=.*\b(?:no|nope|not|neither|none|nothing|negative|fine|okay)\b)(?!.*\bokay$)(?:(?:no|nope|not really|"
+    r"neither|none|none of them|neither of them|nothing|negative|thank you|thanks|i do not|no need|not that one|"
+    r"not those|please|not now|i did not|it is okay|i am fine|it is not|do not|well|oh|,|\.|not) ?)+$"
 )
 _STATUS: tuple[tuple[StatusTopic, re.Pattern[str]], ...] = (
-    ("doing", re.compile(r"\bwhat (?:are you|r u|you are|is the robot) (?:\w+ )?(?:doing|up to|carrying|bringing|holding|fetching|looking for|waiting for)|what is (?:going on|happening)|what is taking|are you (?:busy|done|finished|ready|there|bringing|fetching|getting|working|stuck|still|coming)|what (?:is|was) your (?:task|plan)|did you (?:find|get|bring|finish|forget|hear)|have you (?:found|finished|got|brought)|why (?:did|are|do) you")),
+    ("doing", re.compile(r"\bwhat (?:are you|r u|you are|is the robot) (?:\w+ )?(?:doing|up to|carrying|bringing|"
+                         r"holding|fetching|looking for|waiting for)|what is (?:going on|happening)|"
+                         r"what is taking|are you (?:busy|done|finished|ready|there|bringing|fetching|getting|"
+                         r"working|stuck|still|coming)|what (?:is|was) your (?:task|plan)|did you (?:find|get|"
+                         r"bring|finish|forget|hear)|have you (?:found|finished|got|brought)|why (?:did|are|"
+                         r"do) you")),
     ("place", re.compile(r"\bwhere (?:are|r) you\b|\bwhere (?:you are|do you go|are we)")),
-    ("object", re.compile(r"\bwhere(?:abouts)? (?:is|are|did|do|have|has|was|can|could|would)|which \w+ (?:are|is|do)")),
+    ("object", re.compile(r"\bwhere(?:abouts)? (?:is|are|did|do|have|has|was|can|could|would)|which \w+ (?:are|is|"
+                          r"do)")),
     ("duration", re.compile(r"\bhow (?:long|much longer|far)|when (?:will|are|do|can)")),
-    ("ability", re.compile(r"\bwhat can you|who are you|what are you\b|how do you work|what do you do|can you help|what is your name|help$")),
-    ("stock", re.compile(r"\b(?:do (?:we|you|i) have|have (?:we|you) got|is there|are there|how many|how much|is the|are the)\b")),
+    ("ability", re.compile(r"\bwhat can you|who are you|what are you\b|how do you work|what do you do|"
+                           r"can you help|what is your name|help$")),
+    ("stock", re.compile(r"\b(?:do (?:we|you|i) have|have (?:we|you) got|is there|are there|how many|how much|"
+                         r"is the|are the)\b")),
 )  # fmt: skip
 
 
@@ -103,11 +155,11 @@ def remark(plain: str, skeleton: str) -> Interpretation | None:
         return _is("deny", "says no")
     if _BACKCHANNEL.match(text) and "yes" not in text:
         return _is("backchannel", "only shows that somebody listens")
-    if YES.match(text) and not _THANKS.match(text):
+    if YES.match(text) and not _THANKS.fullmatch(text):
         return _is("affirm", "says yes")
-    if _GREETING.match(skeleton.strip(" .,?")):
+    if _GREETING.fullmatch(skeleton.strip(" .,?")):
         return _is("greeting", "greets")
-    if _THANKS.match(skeleton.strip(" .,?")):
+    if _THANKS.fullmatch(skeleton.strip(" .,?")):
         return _is("thanks", "thanks or praises")
     return None
 

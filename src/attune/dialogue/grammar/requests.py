@@ -12,14 +12,20 @@ from attune.dialogue.grammar.corrections import MARKER
 from attune.dialogue.grammar.items import Spot, Thing, described
 from attune.dialogue.grammar.references import fits, object_spoken_of, resolve
 from attune.dialogue.lexicon import Lexicon
+from attune.dialogue.words import words
 
 _NEGATIVE = re.compile(
-    r"(?:instead of|rather than|in place of|in lieu of|as (?:a |the )?(?:replacement|substitute|alternative) (?:for|to)|other than|"
-    r"no longer (?:want|need|require)|(?:do|does|did|would|will|must|should|need) not (?:\w+ )??(?:want|need|like|bring|fetch|"
-    r"get|take|have|mean|ask for|give|care for|fancy|say|order|feel like|serve|deliver|prefer|hand|pass|grab)"
-    r"(?: me| us| to have| you to bring| you to bring me| to eat| to use| to drink from)*|\bnot|\bno need for|\bnor|wrong|"
-    r"\b(?:put|take|bring|carry) (?:away|back)|except(?: for)?|sick of|enough of|\bwithout|\bskip|\bless|against using|"
-    r"have not asked for|never asked for|never wanted|never said|not asked for|changed my mind (?:about|on|regarding)|"
+    r"(?:instead of|rather than|in place of|in lieu of|as (?:a |the )?(?:replacement|substitute|"
+    r"alternative) (?:for|to)|other than|"
+    r"no longer (?:want|need|require)|(?<!why )(?:do|does|did|would|will|must|should|need) not (?:\w+ )??(?:want|need|like|"
+    r"bring|fetch|"
+    r"get|take|mean|ask for|give|care for|fancy|say|order|feel like|serve|deliver|prefer|hand|pass|grab)"
+    r"(?: me| us| to have| you to bring| you to bring me| to eat| to use| to drink from)*|\bnot|\bno need for|"
+    r"\bnor|wrong|"
+    r"\b(?:put|take|bring|carry) (?:away|back)|except(?: for)?|sick of|enough of|\bwithout|\bskip|\bless|"
+    r"against using|"
+    r"have not asked for|never asked for|never wanted|never said|not asked for|changed my mind (?:about|on|"
+    r"regarding)|"
     r"(?:am|are|was|were|be) not (?:after|looking for)|no more)$"
 )
 _NO = re.compile(r"\bno$")
@@ -32,19 +38,29 @@ _SWAP_PAIR = re.compile(
 _ONLY_CHANGE = re.compile(
     rf"\b(?:want|need|like|rather|prefer|have|love|put)\b.*?\b(?:have )?{frames.PRONOUN}(?: \w+)? P\d+"
 )
-_TRAVEL = re.compile(r"\b(?:go|look|check|open|head|walk|drive|search|run|peek|see|have|move|come|hop|pop|roll|over)\b")
-_LOCATED = re.compile(r"T(\d+)(?: (?:is|are|should be|must be|might be|stands?|sits?|lies|can be found|'s|will be|somewhere|kept|still|"
-                      r"i think|left|over|there|right|just|now|probably|which|that|in there|inside|,))*$")  # fmt: skip
+_TRAVEL = re.compile(
+    r"\b(?:go|look|check|open|head|walk|drive|search|run|peek|have a look|come|hop|roll)\b"
+)
+_PASSIVE = re.compile(
+    r"(?:can|could|would|may|should) T\d+(?: please)? (?:be|get) (?:brought|fetched|put|placed|taken|delivered|carried|moved|served|handed|set)"
+)
+_SOMEBODY = re.compile(r"(?:he|she|they|it|my|our|his|her|their|the|somebody|someone|people) ")
+_LOCATED = re.compile(r"T(\d+)(?: (?:is|are|should be|must be|might be|stands?|sits?|lies|can be found|'s|will be|"
+                      r"somewhere|kept|still|"
+                      r"i think|left|over|there|right|just|now|probably|which|that|in there|inside|"
+                      r",))*$")  # fmt: skip
 _PRONOUN_OBJECT = re.compile(rf"^(?:(?:me|us|over|back|down|,|please|just|then) )*{frames.PRONOUN}\b")
-_NEGATIVE_SPOT = re.compile(r"(?:instead of|rather than|in place of|\bnot|\bthan|\bno)$")
-FILLER = frozenset(
-    "please thanks thank you and also too as well now then okay ok robot for me us if possible would could can no sorry "
-    "wait actually i mean meant instead of rather than not but oh yes again maybe perhaps some more just only here over to "
+_NEGATIVE_SPOT = re.compile(r"(?:instead of|rather than|in place of|\bnot|\bthan)$")
+FILLER = words(
+    "please thanks thank you and also too as well now then okay ok robot for me us if possible would "
+    "could can no sorry wait actually i mean meant instead of rather than not but oh yes again maybe "
+    "perhaps some more just only here over to"
     "hey hello hi right there good morning evening afternoon well make it that a an the or quickly , . ? plus additionally "
-    "was asked asking said wanted had one quick fast asap kindly nope rather will do like my be so dear love mate buddy pal "
-    "do is change plan plans of mind on second thought thoughts better wrong ah aha this way from with at once immediately "
-    "straight away soon second thoughts changed have correction oops stop hold hang sir madam yet another time next first "
-    "after all in addition coming up prefer today very much ready moment when minute in case any chance go ahead bring".split()
+    "was asked asking said wanted had one quick fast asap kindly nope rather will do like my be so dear "
+    "love mate buddy pal do is change plan plans of mind on second thought thoughts better wrong ah aha "
+    "this way from with at once immediately straight away soon second thoughts changed have correction "
+    "oops stop hold hang sir madam yet another time next first after all in addition coming up prefer "
+    "today very much ready moment when minute in case any chance go ahead bring"
 )
 
 
@@ -105,7 +121,10 @@ class RequestReader:
             kind = self._drop(clause)
             if kind == "drop":
                 return
-        if kind == "plain" or kind == "swap":
+        if kind == "plain" and _PASSIVE.search(clause.text):
+            self._objects(clause, "put")
+            return
+        if kind in {"plain", "swap"}:
             if kind == "plain" and self._is_bare(clause.text, asks):
                 self._objects(clause, "plain")
             else:
@@ -167,19 +186,27 @@ class RequestReader:
         """Whether a clause has only things, places and words that say nothing more."""
         if not re.search(r"\b[TP]\d+\b", text):
             return False
+        if not clause_has_things(text) and _TRAVEL.search(text):
+            return False
         if frames.PRAISE.search(text) or frames.NEEDED.search(text):
             return True
         if _ONLY_CHANGE.search(text) and not frames.QUESTION.match(text):
             self._wanted.moves = True
             return True
-        cut = re.split(r"\b(?:for (?:my|the|our|a) (?!T\d)\w+|so (?:that )?i can .*|to (?:go|eat|drink|have) .*)", text)
+        cut = re.split(
+            r"\b(?:for (?:my|the|our|a) (?!T\d)\w+|so (?:that )?i can .*|to (?:go|eat|drink|"
+            r"have) .*)",
+            text,
+        )
         words = re.sub(r"\b[TP]\d+\b", " ", " ".join(cut)).split()
         residual = [word for word in words if word not in FILLER]
         if frames.QUESTION.match(text) and not re.match(r"(?:what|how) about", text):
             return False
-        if re.match(r"(?:it|that|this|there|here|these|those|they) (?:is|was|are|were|will)\b", text) and not re.search(
-            r"\b(?:wrong|not)\b", text
-        ):
+        if re.match(
+            r"(?:it|that|this|there|here|these|those|they) (?:is|was|are|were|"
+            r"will)\b",
+            text,
+        ) and not re.search(r"\b(?:wrong|not)\b", text):
             return False
         return not residual
 
@@ -199,6 +226,11 @@ class RequestReader:
                     specs[number_of] = replace(specs[number_of], location=self._spots[number].place)
             if match[1] == "P" and travel:
                 self._place_to_look = self._spots[number].place
+        if not frames.QUESTION.match(text) and not _SOMEBODY.match(text):
+            for number in clause.things():
+                if number in self._negative:
+                    specs.pop(number, None)
+                    self._remove(number)
         for number, spec in specs.items():
             if travel and self._place_to_look and not spec.location:
                 specs[number] = replace(spec, location=self._place_to_look)
@@ -224,6 +256,7 @@ class RequestReader:
         later = [
             self._things[n].spec for n in positive if self._things[n].head == "noun" and not self._things[n].unknown
         ]
+        positive = [n for n in positive if not re.search(rf"\bT\d+(?: P\d+)? or T{n}\b", body)]
         added: list[int] = []
         for index, number in enumerate(positive):
             thing = self._things[number]
@@ -253,7 +286,7 @@ class RequestReader:
         if re.match(rf"(?:{frames.PRONOUN} )?(?:back|away)\b", body) or re.match(
             rf"(?:back|away) {frames.PRONOUN}", body
         ):
-            self._wanted.put_back = True
+            self._wanted.put_back = self._wanted.contrast = True
             return
         if self._wanted.add:
             return  # "get a cup and put it on the table"
@@ -280,7 +313,9 @@ class RequestReader:
             if _NEGATIVE_SPOT.search(body[: match.start()].rstrip()):
                 wanted.moves = wanted.moves or bool(wanted.destination) or not numbers
                 continue
-            if self._is_destination(spot, kind, body[: match.start()], numbers, seen):
+            if kind == "fetch" and clause.verb == "get" and not numbers and not wanted.pronoun and spot.role == "to":
+                self._place_to_look = spot.place  # "get up to the cabinet"
+            elif self._is_destination(spot, kind, body[: match.start()], numbers, seen):
                 wanted.destination = spot.place
                 wanted.moves = wanted.moves or not numbers
             elif seen and wanted.add:
@@ -338,6 +373,8 @@ class RequestReader:
             source = self._nouns[-1]
             topic = self._wanted.topics and source in self._wanted.topics
             location = thing.spec.location or (source.location if topic else "")
+            if topic and thing.definite and not (thing.spec.color or thing.spec.size):
+                return replace(source, location=location)
             return replace(thing.spec, type=source.type, location=location)
         if self._nouns:
             return resolve(thing, self._context, self._nouns, self._said)
@@ -430,6 +467,11 @@ def _without_purpose(body: str) -> str:
         body,
     )
     return re.sub(r"\b(?:which|that) (?:i|we|you) .*?(?=,|\.|$)", "", body)
+
+
+def clause_has_things(text: str) -> bool:
+    """Whether a skeleton names any object."""
+    return re.search(r"\bT\d+\b", text) is not None
 
 
 def same_request(spec: ObjectSpec, objects: Sequence[ObjectSpec]) -> bool:

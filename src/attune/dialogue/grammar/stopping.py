@@ -2,68 +2,100 @@
 
 import re
 
-_SOFT_END = r"(?: (?:please|now|robot|at once|immediately|right now|already|will you|would you|okay|thanks|thank you|for now|then|all right))*"
+_SOFT_END = (
+    r"(?: (?:please|now|robot|at once|immediately|right now|already|will you|would you|okay|thanks|"
+    r"thank you|for now|then|all right))*"
+)
 _BEFORE = (
-    r"(?:^|(?<=[.,?] )|(?<=no )|(?<=wait )|(?<=please )|(?<=robot )|(?<=hey )|(?<=okay )|(?<=actually )|(?<=just )|(?<=oh )|"
-    r"(?<=sorry )|(?<=well )|(?<=and )|(?<=you )|(?<=then )|(?<=but )|(?<=so )|(?<=said )|(?<=yes )|(?<=now )|(?<=or ))"
+    r"(?:^|(?<=[.,?] )|(?<=no )|(?<=wait )|(?<=please )|(?<=robot )|(?<=hey )|(?<=okay )|(?<=actually )|"
+    r"(?<=just )|(?<=oh )|"
+    r"(?<=sorry )|(?<=well )|(?<=and )|(?<=you )|(?<=then )|(?<=but )|(?<=so )|(?<=said )|(?<=yes )|(?<=now )|"
+    r"(?<=or ))"
 )
 
 NOT_A_STOP = re.compile(
-    r"\b(?:please )?(?:do not (?:you )?(?:ever |even think about |just )?(?:stop(?:ping)?|freeze|halt|pause|give up|wait)|"
+    r"\b(?:please )?(?:do not (?:you )?(?:ever |even think about |just )?(?:stop(?:ping)?|freeze|halt|pause|"
+    r"give up|wait)|"
     r"never stop|(?:you )?do not (?:have|need) to (?:stop|wait|pause|halt)|no need to (?:stop|wait|pause|halt)|"
-    r"not (?:have|need) to stop|(?:i )?(?:did|do) not (?:say|mean|want you to|tell you to|ask you to|said|mean to)(?: say)? "
+    r"not (?:have|need) to stop|(?:i )?(?:did|do) not (?:say|mean|want you to|tell you to|ask you to|said|"
+    r"mean to)(?: say)? "
     r"(?:\w+ )?(?:stop|halt|wait|pause)|not stop|without stopping|"
     r"should not stop|must not stop|keep going (?:and )?do not stop|(?:there is )?no reason to stop|non stop|nonstop)"
     r"(?: (?:now|it|that|please|yet|here|there|until \S+ \S+|moving|going|working|what you are doing|on my account|"
     r"because of me|there is|robot))*"
 )
 _GERUNDS = (
-    r"(?:moving|doing|going|driving|walking|bringing|fetching|getting|carrying|working|searching|looking|running|reaching|"
+    r"(?:moving|doing|going|driving|walking|bringing|fetching|getting|carrying|working|searching|looking|running|"
+    r"reaching|"
     r"grabbing|taking|putting|making|preparing|setting|delivering|rolling|turning|placing|opening|picking|everything|"
     r"being|trying|messing|touching)"
 )
 STOP_WORD = re.compile(r"\b(?:stop|halt|freeze|abort|cease|whoa|woah|stopp|desist)\b")
 _STOP_EXCLUDED_BEFORE = re.compile(
     r"(?:\b(?:bus|tram|train|next|last|full|pit|non|a|the|this|my|our|first|truck|whistle|metro|subway|rest|"
-    r"never|not|did|does|without|he|she|they|we|i|it|who|always|could|would|will|rain|ever|people|kids|him|her|them|us|"
+    r"never|not|did|does|without|he|she|they|we|i|it|who|always|could|would|will|rain|ever|people|kids|him|her|"
+    r"them|us|"
     r"someone|everyone|somebody|deep|coffee|pee|quick|short)"
-    r"|(?:why|when|where|how|if|until|unless|did|do|does|before|after|whenever|once|saw|made|make|help) (?:you|it|that)"
+    r"|(?:why|when|where|how|if|until|unless|did|do|does|before|after|whenever|once|saw|made|make|help) (?:you|it|"
+    r"that)"
     r"|(?<!you )(?<!have )(?<!need )(?<!said )(?<!had )to"
     r"|(?:tell|told|ask|asked|want|wants|wanted|get|got|begged) (?!you )\w+ to"
-    r"|(?:he|she|they|mum|mom|dad|people|doctor|the|my) \w* ?(?:said|says|told me|tells me|wants me|asked me)(?: to)?)$"
+    r"|(?:he|she|they|mum|mom|dad|people|doctor|the|my) \w* ?(?:said|says|told me|tells me|wants me|"
+    r"asked me)(?: to)?)$"
 )
 _STOP_EXCLUDED_AFTER = re.compile(
-    rf"^ (?:(?!{_GERUNDS}\b)\w+ing\b(?! please)|by\b(?! the)|sign\b|light\b|watch\b|over\b|and smell|at the \w+\b|in the \w+\b|"
-    r"near\b|motion|button\b|words?\b|talk\b|(?:the|this|that|your|those) (?:music|car|bus|train|tv|television|radio|noise|oven|"
-    r"kettle|washing|dog|cat|baby|kids|children|video|film|movie|bleeding|leak|fight|song|game|alarm|timer|nonsense|war)\b)"
+    rf"^ (?:(?!{_GERUNDS}\b)\w+ing\b(?! please)|by\b(?! the)|sign\b|light\b|watch\b|over\b|and smell|at the \w+\b|"
+    rf"in the \w+\b|"
+    r"near\b|motion|button\b|words?\b|talk\b|(?:the|this|that|your|those) (?:music|car|bus|train|tv|television|"
+    r"radio|noise|oven|"
+    r"kettle|washing|dog|cat|baby|kids|children|video|film|movie|bleeding|leak|fight|song|game|alarm|timer|"
+    r"nonsense|war)\b)"
 )
 _TALK_STOP = re.compile(
     r"\bstop (?:talking|speaking|chatting|telling|saying|yelling|shouting|babbling|mumbling|announcing|explaining)\b"
 )
 
 _WAIT = re.compile(
-    rf"{_BEFORE}(?:(?:can|could|would|will) you |please |just )*(?:wait|hold on|hang on|hold it|hold up|pause|hold your horses|"
+    rf"{_BEFORE}(?:(?:can|could|would|will) you |please |just )*(?:wait|hold on|hang on|hold it|hold up|pause|"
+    rf"hold your horses|"
     r"(?:just )?(?:one|a) (?:moment|second|sec|minute|mo)|give me (?:a|one) (?:moment|second|sec|minute)|"
     r"not so fast|hold still|take a break|have a break|rest a moment)"
-    r"(?: (?:a|one|just|second|sec|secs|seconds|minute|minutes|moment|mo|tick|please|for|me|there|up|now|while|bit|here|robot|"
-    r"right|everything|it|little|couple|of|the|task|wait|hold|on|hang|then|okay|until .*|till .*|what you are doing|to|think|let me think|"
+    r"(?: (?:a|one|just|second|sec|secs|seconds|minute|minutes|moment|mo|tick|please|for|me|there|up|now|while|"
+    r"bit|here|robot|"
+    r"right|everything|it|little|couple|of|the|task|wait|hold|on|hang|then|okay|until .*|till .*|"
+    r"what you are doing|to|think|let me think|"
     r"i .*|what|will|would|you|everyone|all|work|movement|your|on it))*(?= *(?:[.,?]|$))"
 )
 _GIVE_UP = re.compile(
-    rf"{_BEFORE}(?:(?:can|could|would|will) (?:you|we) |please |just |let us |you can |you may |you might as well |oh |i want you to |i would say )*(?:"
+    rf"{_BEFORE}(?:(?:can|could|would|will) (?:you|we) |please |just |let us |you can |you may |"
+    rf"you might as well |oh |i want you to |i would say )*(?:"
     r"never ?mind(?! (?:the|about|T\d)\b)(?: (?:it|that|then|after all|about (?:it|that|everything)))?|"
-    r"forget (?:about )?(?:it|that|this|them|everything|all|all of it|the whole thing|what i said|my (?:request|order)|i said anything|i asked)(?: all)?|"
-    r"cancel(?: (?:it|that|this|them|all|everything|the (?:order|task|request|breakfast|whole thing|job|action|plan|command|last one|delivery|lot)|my (?:order|request|last request)|all of it|what i said|what you are doing))?|"
-    r"leave it(?: (?:be|alone|there|now|then|for now|at that|please|all))?|leave (?:that|this|everything)(?: (?:be|alone))?|drop (?:it|that)|scrap (?:it|that|everything|the whole thing)|scratch that|call it off|"
+    r"forget (?:about )?(?:it|that|this|them|everything|all|all of it|the whole thing|what i said|my (?:request|"
+    r"order)|i said anything|i asked)(?: all)?|"
+    r"cancel(?: (?:it|that|this|them|all|everything|the (?:order|task|request|breakfast|whole thing|job|action|"
+    r"plan|command|last one|delivery|lot)|my (?:order|request|last request)|all of it|what i said|"
+    r"what you are doing))?|"
+    r"leave it(?: (?:be|alone|there|now|then|for now|at that|please|all))?|leave (?:that|this|"
+    r"everything)(?: (?:be|alone))?|drop (?:it|that)|scrap (?:it|that|everything|the whole thing)|scratch that|"
+    r"call it off|"
     r"knock it off|cut it out|cut that out|give it a rest|give (?:it )?up|quit(?: it| that)?|pack it in|"
-    r"(?:okay )?(?:that is|that will be|that has been|it is|i have had|this is)? ?(?:quite |more than |really )?enough(?: (?:now|already|for now|for today|of (?:this|that|it)))*|"
-    r"that will do(?: now)?|(?:do not|stop) (?:you )?(?:dare )?mov(?:e|ing)(?: a muscle| any further| at all| any more| an inch)?|stay (?:where you are|there|put|still|right (?:there|where you are)|here|away)|"
-    r"(?:stand|keep|hold|be|stay|remain|sit) still|do not (?:do|touch|bring|fetch|get|take|move|bother|continue|go(?: any further| on| there)?|proceed)(?: (?:it|that|this|anything|me anything|them|with (?:it|that)|anything else|on|me that|any more|any further))*|"
-    r"back off|(?:i|we) (?:do not|no longer|did not) (?:need|want)(?: it| that| this| anything| them)?(?: (?:any ?more|any ?longer|now|after all|at all|from you))*|"
-    r"i (?:do not|no longer) want you to (?:do that|do it|continue|bring .*|go on)|no need(?: (?:any more|for that|any longer|after all))?|"
-    r"let it (?:be|go)|do nothing|end (?:it|the task|this)|terminate|shut (?:it )?down|switch off|turn (?:yourself )?off|stand down|emergency(?: stop)?|"
-    r"watch out|look out|hands off|do not|no more(?: of (?:this|that))?|break it off|time out|kill it|let go of that plan|break|"
-    r"i give up|undo that|discard that|you can leave it|that is not necessary any more|it is not necessary any more|not any more|"
+    r"(?:okay )?(?:that is|that will be|that has been|it is|i have had|this is)? ?(?:quite |more than |"
+    r"really )?enough(?: (?:now|already|for now|for today|of (?:this|that|it)))*|"
+    r"that will do(?: now)?|(?:do not|stop) (?:you )?(?:dare )?mov(?:e|ing)(?: a muscle| any further| at all|"
+    r" any more| an inch)?|stay (?:where you are|there|put|still|right (?:there|where you are)|here|away)|"
+    r"(?:stand|keep|hold|be|stay|remain|sit) still|do not (?:do|touch|bring|fetch|get|take|move|bother|continue|"
+    r"go(?: any further| on| there)?|proceed)(?: (?:it|that|this|anything|me anything|them|with (?:it|that)|"
+    r"anything else|on|me that|any more|any further))*|"
+    r"back off|(?:i|we) (?:do not|no longer|did not) (?:need|want)(?: it| that| this| anything|"
+    r" them)?(?: (?:any ?more|any ?longer|now|after all|at all|from you))*|"
+    r"i (?:do not|no longer) want you to (?:do that|do it|continue|bring .*|go on)|no need(?: (?:any more|"
+    r"for that|any longer|after all))?|"
+    r"let it (?:be|go)|do nothing|end (?:it|the task|this)|terminate|shut (?:it )?down|switch off|"
+    r"turn (?:yourself )?off|stand down|emergency(?: stop)?|"
+    r"watch out|look out|hands off|do not|no more(?: of (?:this|that))?|break it off|time out|kill it|"
+    r"let go of that plan|break|"
+    r"i give up|undo that|discard that|you can leave it|that is not necessary any more|"
+    r"it is not necessary any more|not any more|"
     r"back to idle|skip it|skip that|put an end to (?:it|that|this)|i am calling it off"
     rf"){_SOFT_END}(?= *(?:[.,?]|$))"
 )
@@ -96,10 +128,14 @@ def find_stop(skeleton: str) -> tuple[int, int, str] | None:
 
 
 _STOP_TAIL = re.compile(
-    rf"(?: (?:it|that|this|now|right|there|here|please|at once|immediately|everything|robot|the robot|the (?:task|plan|action|whole thing|delivery|work|machine)|"
-    r"what you are doing|whatever you are doing|for (?:a|one) (?:second|moment|minute|sec|bit|while)|instant|stop|already|"
-    rf"this (?:instant|minute|second)|moving|doing (?:that|this|it|anything|whatever you are doing|what you are doing)|{_GERUNDS}(?: (?:it|that|this|me|things|breakfast|anything|T\d+|P\d+))*|thank you|thanks|"
-    r"just|all|a (?:second|moment|minute)|,|halt|wait|freeze|no|so|before .*|or .*|i said|do you hear me?|hey|oh|or else|you))*"
+    rf"(?: (?:it|that|this|now|right|there|here|please|at once|immediately|everything|robot|the robot|the (?:task|"
+    rf"plan|action|whole thing|delivery|work|machine)|"
+    r"what you are doing|whatever you are doing|for (?:a|one) (?:second|moment|minute|sec|bit|while)|instant|stop|"
+    r"already|"
+    rf"this (?:instant|minute|second)|moving|doing (?:that|this|it|anything|whatever you are doing|"
+    rf"what you are doing)|{_GERUNDS}(?: (?:it|that|this|me|things|breakfast|anything|T\d+|P\d+))*|thank you|thanks|"
+    r"just|all|a (?:second|moment|minute)|,|halt|wait|freeze|no|so|before .*|or .*|i said|do you hear me?|hey|oh|"
+    r"or else|you))*"
 )
 
 

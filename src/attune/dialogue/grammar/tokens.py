@@ -3,6 +3,8 @@
 import re
 from dataclasses import dataclass
 
+from attune.dialogue.words import words
+
 _CONTRACTIONS = {
     "i'm": "i am", "im": "i am", "i'd": "i would", "id": "i would", "i'll": "i will", "i've": "i have", "ive": "i have",
     "you're": "you are", "you'd": "you would", "you'll": "you will", "you've": "you have", "youre": "you are",
@@ -23,9 +25,7 @@ _CONTRACTIONS = {
     "anymore": "any more", "'til": "until", "till": "until", "nevermind": "never mind",
 }  # fmt: skip
 
-HESITATIONS = frozenset(
-    "um uh er erm hm hmm hmmm umm uhm uhh ehm eh ah ahem mhm-mhm err uhmm äh mm oh ooh aah aw".split()
-)
+HESITATIONS = words("um uh er erm hm hmm hmmm umm uhm uhh ehm eh ah ahem mhm-mhm err uhmm äh mm oh ooh aah aw")
 
 _TOKEN = re.compile(r"[a-zäöüéèàç0-9]+(?:['’][a-z]+)*|['’][a-z]+|[.!?…]+|[,;:—–()\"]|\s-+\s", re.IGNORECASE)
 
