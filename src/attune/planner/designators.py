@@ -99,13 +99,14 @@ def free_spots(scene: Scene, belief: Belief, place: str, item: Individual | None
 
 def home_spots(scene: Scene, belief: Belief, item: Individual) -> Iterator[Spot]:
     """Free spots to return an object to: where it stood, else near that, else anywhere on a surface like it."""
-    surface = scene.surface(item.home.surface) if item.home.surface else scene.surfaces[0]
+    open_surfaces = [surface for surface in scene.surfaces if not surface.container]
+    surface = scene.surface(item.home.surface) if item.home.surface else open_surfaces[0]
     origin = item.home.position or middle(surface)
     if item.home.position and is_clear(belief, Spot(surface, origin), item):
         yield Spot(surface, origin)
     others = [other for other in scene.surfaces_at(surface.place) if other.name != surface.name]
-    open_ones = [other for other in scene.surfaces if not other.container and other not in (surface, *others)]
-    for option in (surface, *others, *open_ones):
+    elsewhere = [other for other in open_surfaces if other not in (surface, *others)]
+    for option in (surface, *others, *elsewhere):
         near = sorted(_grid(option), key=lambda point: math.dist(point, origin))
         yield from (Spot(option, point) for point in near if _is_free(belief, option, point, item))
 

@@ -44,7 +44,8 @@ class Skills:
         self.clock = clock
         self.belief = belief
         self.board = board
-        self._parked = False
+        self.parked = False
+        """Whether the arms are known to be out of the way."""
         self._left_open: set[str] = set()
         self.placing: Spot | None = None
         """Where something is being put down at this moment."""
@@ -58,16 +59,9 @@ class Skills:
 
     # --- moving ------------------------------------------------------------------------------------------------
 
-    def drive(self, goal: BasePose, place: str, keep_open: str = "") -> Part[None]:
-        """Close what was opened (but `keep_open`), park the arms and drive; what is held is watched on the way."""
+    def drive(self, goal: BasePose, place: str) -> Part[None]:
+        """Park the arms and drive; what is held is watched on the way."""
 
-        async def body(node: Node) -> None:
-            await node.do(self._close_all(keep_open))
-            await node.do(self._navigate(goal, place))
-
-        return Part(f"drive to the {place}" if place else "drive", body)
-
-    def _navigate(self, goal: BasePose, place: str) -> Part[None]:
         async def navigate(_: Node) -> None:
             with self._moving(base=True):
                 await self.robot.navigate(goal)
@@ -78,28 +72,43 @@ class Skills:
             turn = abs(math.remainder(base.yaw - goal.yaw, math.tau))
             if math.dist((base.x, base.y), (goal.x, goal.y)) < 0.01 and turn < 0.02:
                 return
-            if not self._parked:
-                await node.do(self._park())
+            if not self.parked:
+                await node.do(self.park())
             await node.do(Part("navigate", navigate))
 
-        return self._watching_hands("move", Part("move", body))
+        return self._watching_hands(f"drive to the {place}" if place else "drive", Part("move", body))
 
     def at_base_pose(
-        self, name: str, target: Target, act: Callable[[], Part[T]], place: str, keep_open: str = "", skip: int = 0
+        self,
+        name: str,
+        target: Target,
+        act: Part[T],
+        place: str,
+        *,
+        keep_open: str | None = "",
+        skip: int = 0,
     ) -> Part[T]:
         """Drive to where the target can be reached and act; from the next best pose when that does not work.
 
-        The `skip` best poses come last.
+        Args:
+            name: Of the part.
+            target: What is to be reached.
+            act: What to do there.
+            place: The kind of place it is at.
+            keep_open: The container to leave open; others are closed before. None leaves all as they are.
+            skip: So many of the best poses come last.
         """
 
         def attempt(pose: BasePose) -> Part[T]:
             async def body(node: Node) -> T:
-                await node.do(self.drive(pose, place, keep_open))
-                return await node.do(act())
+                await node.do(self.drive(pose, place))
+                return await node.do(act)
 
             return Part("from this pose", body)
 
         async def body(node: Node) -> T:
+            if keep_open is not None and self._to_close(keep_open):
+                await node.do(self._close_all(keep_open))
             self.board.update()
             poses = await self.robot.base_poses(target)
             if not poses:
@@ -115,32 +124,36 @@ class Skills:
         async def body(node: Node) -> None:
             self._left_open.clear()
             await node.do(self._close_all())
-            await node.do(self._park())
+            await node.do(self.park())
 
         return Part("tidy up", body)
 
-    def _park(self) -> Part[None]:
+    def park(self) -> Part[None]:
+        """Bring the arms to where they are out of the way."""
+
         async def body(_: Node) -> None:
             with self._moving(arm=True):
                 await self.robot.park_arms()
-            self._parked = True
+            self.parked = True
 
         return Part("park the arms", body)
 
     # --- containers --------------------------------------------------------------------------------------------
 
-    def open_for(self, surface: Surface) -> Part[None]:
-        """See that a surface is accessible: open its container if it has one."""
+    def _open_for(self, surface: Surface) -> Part[None]:
 
         async def body(node: Node) -> None:
-            if surface.container and surface.container not in self.robot.status().opened:
+            if surface.container not in self.robot.status().opened:
                 await node.do(self._move_door("open", surface.container))
 
-        return Part(f"open the {surface.place}" if surface.container else "nothing to open", body)
+        return Part(f"see that the {surface.place} is open", body)
+
+    def _to_close(self, keep_open: str = "") -> list[str]:
+        return sorted(self.robot.status().opened - {keep_open} - self._left_open)
 
     def _close_all(self, keep_open: str = "") -> Part[None]:
         async def body(node: Node) -> None:
-            for container in sorted(self.robot.status().opened - {keep_open} - self._left_open):
+            for container in self._to_close(keep_open):
                 try:
                     await node.do(self._move_door("close", container))
                 except RobotFailure:
@@ -155,10 +168,9 @@ class Skills:
             with self._moving(arm=True):
                 await (self.robot.open if verb == "open" else self.robot.close)(container)
 
-        def act() -> Part[None]:
-            return Part(f"{verb} {container}", turn, atomic=True)
-
-        return self.at_base_pose(f"{verb} the {place}", OpenTarget(container), act, place, keep_open=container)
+        act = Part(f"{verb} {container}", turn, atomic=True)
+        keep_open = container if verb == "open" else None
+        return self.at_base_pose(f"{verb} the {place}", OpenTarget(container), act, place, keep_open=keep_open)
 
     # --- seeing ------------------------------------------------------------------------------------------------
 
@@ -187,12 +199,12 @@ class Skills:
             return None
 
         async def body(node: Node) -> Individual | None:
-            await node.do(self.open_for(surface))
+            if surface.container:
+                await node.do(self._open_for(surface))
             target, container = LookTarget(middle(surface)), surface.container
             for view in range(2):  # From the second, what was hidden may be seen.
-                part = self.at_base_pose(
-                    "look there", target, lambda: Part("look", look), surface.place, container, view
-                )
+                there = Part("look", look)
+                part = self.at_base_pose("look there", target, there, surface.place, keep_open=container, skip=view)
                 fitting = await node.do(part)
                 if fitting or all_seen():
                     return fitting
@@ -235,10 +247,10 @@ class Skills:
             self.belief.taken(item.name, used)
 
         async def body(node: Node) -> None:
-            if surface:
-                await node.do(self.open_for(surface))
+            if surface and surface.container:
+                await node.do(self._open_for(surface))
             target = PickTarget(percept)
-            await node.do(self.at_base_pose("take it", target, lambda: Part("grasp", grasp), place, container))
+            await node.do(self.at_base_pose("take it", target, Part("grasp", grasp), place, keep_open=container))
 
         return Part(f"pick up {item.name}", body)
 
@@ -258,11 +270,12 @@ class Skills:
             self.belief.put(item.name, surface.name, spot.position)
 
         async def body(node: Node) -> None:
-            await node.do(self.open_for(surface))
+            if surface.container:
+                await node.do(self._open_for(surface))
             self.placing = None
             target = PlaceTarget(arm, spot.position)
-            act = Part("put down", put)
-            await node.do(self.at_base_pose("put it down", target, lambda: act, surface.place, surface.container))
+            act, container = Part("put down", put), surface.container
+            await node.do(self.at_base_pose("put it down", target, act, surface.place, keep_open=container))
 
         return Part(f"put {item.name} on {surface.name}", body)
 
@@ -284,7 +297,7 @@ class Skills:
 
     @contextmanager
     def _moving(self, *, arm: bool = False, base: bool = False) -> Iterator[None]:
-        self._parked = self._parked and not arm
+        self.parked = self.parked and not arm
         self.board.update(move_arm=arm, move_base=base)
         try:
             yield

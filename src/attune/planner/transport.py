@@ -14,10 +14,10 @@ from attune.planner.recovery import NoSpace, NotFound, recoveries
 from attune.planner.skills import Skills
 from attune.robots.interface import ARMS, Arm, ObjectNotThere, PathBlocked, PlacementFailed, Unreachable
 
-SPOTS_TRIED = 4
-"""Free spots tried before a place counts as full."""
-SPOT_SPACING = 0.15
-"""Between two spots that are tried one after the other [m]."""
+SPOTS_TRIED = 5
+"""Free spots tried before a place counts as out of reach."""
+SPOT_SPACING = 0.12
+"""From each spot that was tried to the next, times the number tried [m]: the longer, the farther."""
 
 
 def transport(desk: Desk, skills: Skills, goal: Goal) -> Part[None]:
@@ -51,6 +51,8 @@ class Transport:
                 command=delivery.command,
                 destination_location=self._destination(self._item()),
             )
+            if not self._skills.parked:  # An interruption or a failure may have left the arms anywhere.
+                await node.do(self._skills.park())
             item = self._item()
             if item is None or not item.held_by:
                 item = await node.do(self._search())
@@ -79,7 +81,7 @@ class Transport:
             taken = self._desk.agenda.reserved - {delivery.individual}
 
             def fits(seen: Individual) -> bool:
-                there = self._place_of(seen)
+                there = self._belief.place_of(seen)
                 return seen.is_a(spec) and seen.name not in taken and spec.location in {"", there}
 
             order = [surface.name for surface in search_order(self._scene, self._belief, spec, taken)]
@@ -162,7 +164,7 @@ class Transport:
 
     def _next_spot(self, item: Individual, tried: list[Spot]) -> Spot | None:
         def is_new(spot: Spot) -> bool:
-            return all(math.dist(spot.position, other.position) >= SPOT_SPACING for other in tried)
+            return all(math.dist(spot.position, other.position) >= SPOT_SPACING * len(tried) for other in tried)
 
         return next((spot for spot in self._spots(item) if is_new(spot)), None)
 
@@ -174,9 +176,6 @@ class Transport:
     def _described(self) -> ObjectSpec:
         item = self._item()
         return self._belief.describe(item) if item else self._desk.agenda.get(self._goal.delivery).spec
-
-    def _place_of(self, item: Individual) -> str:
-        return self._belief.place_of(item)
 
     def _destination(self, item: Individual | None) -> str:
         if self._goal.destination or item is None or not item.home.surface:
