@@ -88,8 +88,8 @@ class TerminalView:
 
     def __init__(self, bus: Bus, console: Console) -> None:
         self._console = console
-        self._last_state = ""
-        self._said: set[str] = set()
+        self._phase: tuple[m.Step, m.ObjectSpec, str, tuple[m.ObjectSpec, ...], bool]
+        self._phase = ("idle", m.ObjectSpec(), "", (), True)
         self.forget: list[Callable[[], None]] = [
             bus.on(UTTERANCE, self._utterance),
             bus.on(EVENT, self._event),
@@ -121,10 +121,12 @@ class TerminalView:
                 self._line(event.time, "note", f"{event.kind}: {event.text}")
 
     def _state(self, state: m.RobotState) -> None:
-        text = describe_state(state)
-        if text != self._last_state:
-            self._last_state = text
-            self._line(state.time, "does", text)
+        # Arms start and stop all the time, and places are passed: a line for each would bury the rest.
+        driving_to = state.destination_location if state.move_base else ""
+        phase = (state.step, state.object, driving_to or self._phase[2], state.holding, state.interruptible)
+        if phase != self._phase:
+            self._phase = phase
+            self._line(state.time, "does", describe_state(state))
 
     def _voice(self, status: m.VoiceStatus) -> None:
         match status.state:
