@@ -20,7 +20,7 @@ from attune.robots.mujoco.reaching import follow, straight
 
 Array = NDArray[np.float64]
 
-_STEPS = 250
+_STEPS = 160
 """Of the tree search."""
 _JOINT_STEP = 0.03
 """Between two collision checks [rad]."""

@@ -29,7 +29,7 @@ _AHEAD = (0.25, 0.33, 0.41, 0.5, 0.6)
 _ASIDE = (0.0, 0.12, 0.24, 0.36)
 _TURNS = 12
 _TRIES = 400
-_PATHS = 6
+_PATHS = 12
 _CLOSE = 0.55
 """Of a carried object's middle and the hand to the base's middle [m]."""
 _SAME = 0.05

@@ -12,6 +12,7 @@ from attune.core.clock import Clock
 from attune.robots.interface import BasePose, PathBlocked, RobotFailure
 from attune.robots.mujoco.beliefs import Beliefs
 from attune.robots.mujoco.costmap import Costmap, Footprint, footprint
+from attune.robots.mujoco.imagination import Imagination
 from attune.robots.mujoco.motions import BASE_LIMITS, Motions
 from attune.robots.mujoco.route import MARGINS, find_route
 from attune.robots.mujoco.trajectory import Trajectory, plan_trajectory
@@ -30,8 +31,6 @@ _KEPT = 0.02
 """Clearance that rounding a corner leaves [m]."""
 _BLOCKED = 0.03
 """A way ahead that has become narrower by this is blocked [m]."""
-_NARROWEST = -0.015
-"""Clearance that is dared, given that cells make obstacles look bigger [m]."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -60,13 +59,16 @@ class Driving:
 
     async def floor(self) -> tuple[Costmap, Footprint]:
         """The costmap and the robot's footprint as things are now."""
+        return await self._map(), footprint(self._beliefs.imagine().body_solids())
+
+    async def _map(self) -> Costmap:
+        """The costmap; made anew only when something else is in the way than before."""
         world = self._beliefs.imagine()
         surroundings = world.surroundings()
-        if surroundings != self._surroundings:
+        if self._costmap is None or surroundings != self._surroundings:
             self._costmap = await self._clock.run_in_thread(lambda: Costmap(world.obstacle_solids()))
             self._surroundings = surroundings
-        assert self._costmap is not None
-        return self._costmap, footprint(world.body_solids())
+        return self._costmap
 
     async def to(self, goal: BasePose) -> None:
         """Drive to a pose.
@@ -79,7 +81,10 @@ class Driving:
                 return
             costmap, body = await self.floor()
             start = self._motions.base
-            way = await self._clock.run_in_thread(lambda: find_way(costmap, body, start, goal))  # noqa: B023
+            world = self._beliefs.imagine()
+            way = await self._clock.run_in_thread(
+                lambda: find_way(world, costmap, body, start, goal)  # noqa: B023
+            )
             if way is None:
                 raise PathBlocked(goal, _why(costmap, body, goal))
             await self._follow(way, body)
@@ -108,7 +113,7 @@ class Driving:
         line = way.trajectory.points
         while True:
             await self._clock.sleep(_WATCH)
-            costmap, _ = await self.floor()
+            costmap = await self._map()
             now = self._motions.base
             passed = int(np.argmin(np.linalg.norm(line - (now.x, now.y, _near(now.yaw, line)), axis=1)))
             if costmap.clearance(line[passed::5], body).min() < way.room - _BLOCKED:
@@ -116,11 +121,12 @@ class Driving:
                 return
 
 
-def find_way(costmap: Costmap, body: Footprint, start: BasePose, goal: BasePose) -> Way | None:
-    """The first route with room on all of it, its corners rounded as far as there is room; None if there is none."""
-    ends = np.array([[pose.x, pose.y, pose.yaw] for pose in (start, goal)])
-    narrowest = min(_NARROWEST, float(costmap.clearance(ends, body).min()) - 0.015)
-    best: Way | None = None
+def find_way(world: Imagination, costmap: Costmap, body: Footprint, start: BasePose, goal: BasePose) -> Way | None:
+    """The first route with room on all of it, its corners rounded as far as there is room; None if there is none.
+
+    Where the costmap's cells are too coarse to tell, the route is tried in the imagined world.
+    """
+    narrow: list[Way] = []
     for margin in MARGINS:
         route = find_route(costmap, body, start, goal, margin)
         if route is None:
@@ -130,9 +136,23 @@ def find_way(costmap: Costmap, body: Footprint, start: BasePose, goal: BasePose)
             room = float(costmap.clearance(trajectory.points[::3], body).min())
             if room >= _KEPT:
                 return Way(trajectory, room)
-            if best is None or room > best.room:
-                best = Way(trajectory, room)
-    return best if best is not None and best.room > narrowest else None
+            narrow.append(Way(trajectory, room))
+    narrow.sort(key=lambda way: -way.room)
+    return next((way for way in narrow if _drives_free(world, way.trajectory.points[::2])), None)
+
+
+def _drives_free(world: Imagination, line: Array) -> bool:
+    """Whether the robot touches nothing on its way but what it nearly touches at the beginning or at the end."""
+    poses = [BasePose(*(float(value) for value in point)) for point in line]
+    allowed = set()
+    for pose in (poses[0], poses[-1]):
+        world.base = pose
+        allowed |= {pair[:2] for pair in world.contacts()}
+    for pose in poses:
+        world.base = pose
+        if not world.free() and not {pair[:2] for pair in world.contacts()} <= allowed:
+            return False
+    return True
 
 
 def _near(yaw: float, line: Array) -> float:

@@ -23,6 +23,8 @@ _DEEPEST = 0.052
 """From the palm's front to the middle of the pads, less a little [m]."""
 _LOWEST = pr2.PAD_LENGTH / 2 + 0.003
 """Of the tool frame over the surface when the fingers point down [m]."""
+_FLAT = 0.05
+"""What is lower than this lies flat and is taken from above [m]."""
 _YAWS = 16
 _PITCHES = (0.0, 0.35, 0.7, 1.05, np.pi / 2)
 """How steeply the hand comes down [rad]."""
@@ -66,13 +68,16 @@ def _pinches(frame: Frame, width: float, depth: float, height: float) -> Iterato
         along = (abs(np.cos(angle)) * width + abs(np.sin(angle)) * depth) / 2
         ahead = np.array([np.cos(yaw + angle), np.sin(yaw + angle), 0.0])
         for pitch in _PITCHES:
+            if height < _FLAT and pitch < 1.0:
+                continue  # The wrist would be in the table.
             steep = pitch > 1.5
             shift = 0.0 if steep else max(0.0, along * np.cos(pitch) - _DEEPEST)
             for level in _levels(height, steep):
                 for slide in (0.0, 0.25, -0.25) if steep and along > 0.05 else (0.0,):
                     offset = ahead * (slide * 2 * along - shift)
                     position = frame.position + offset + np.array([0.0, 0.0, level])
-                    cost = 0.6 * abs(level / height - 0.6) + 0.3 * abs(pitch - 0.5) + abs(slide) + 4 * shift
+                    cost = 0.6 * abs(level / height - 0.6) + abs(slide) + 4 * shift
+                    cost += 0.3 * abs(pitch - (1.5 if height < _FLAT else 0.6))
                     yield Grasp(_hand(position, yaw + angle, pitch), cost)
 
 

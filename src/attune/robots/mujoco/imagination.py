@@ -145,8 +145,12 @@ class Imagination:
         self.data.qpos[address + 3 : address + 7] = quaternion(frame.rotation)
 
     def aim_at(self, name: str) -> None:
-        """Let the robot come as near to an object as its fingers must."""
+        """Let the robot come as near to an object as its fingers must, until `keep_clear`."""
         self.model.geom_margin[self.model.geom_bodyid == self.model.body(name).id] = 0.0
+
+    def keep_clear(self, name: str) -> None:
+        """End `aim_at`."""
+        self.model.geom_margin[self.model.geom_bodyid == self.model.body(name).id] = _OBJECT_MARGIN
 
     def tool(self, arm: Arm, q: Array | None = None) -> Frame:
         """The tool frame of an arm in the map frame, for a configuration or as it is bent now."""

@@ -38,6 +38,8 @@ _PRESSING = 0.4
 """Longest wait for both pads to press [s]."""
 _MISPLACED = 0.04
 """Farther than this from where it should stand, a placement has failed [m]."""
+_ASIDE = (0.3, -0.3, 0.0)
+"""Where the robot looks before it puts something down, to the left of the place [m]."""
 _SHIFTED = 0.06
 """Farther than this the fingers do not move an object when they close [m]."""
 _TILTED = np.cos(np.radians(20.0))
@@ -93,6 +95,13 @@ class Manipulation:
         await self._look_in_hand(arm)
         return arm
 
+    async def _survey(self, position: Point) -> None:
+        """Look around a point, so that what stands near it is known."""
+        base = self._motions.base
+        for aside in _ASIDE:
+            x, y = position[0] - aside * np.sin(base.yaw), position[1] + aside * np.cos(base.yaw)
+            await self._look((float(x), float(y), position[2]))
+
     async def _look_in_hand(self, arm: Arm) -> None:
         """See how the object lies in the hand: the fingers may have moved it when they closed."""
         held = self._beliefs.held[arm]
@@ -112,7 +121,7 @@ class Manipulation:
             self._beliefs.released(arm)
             raise ObjectLost(held.percept.name if held else "the object", arm)
         name = held.percept.name
-        await self._look(position)
+        await self._survey(position)
         chosen = await self._plan_place(arm, held, position)
         plan = chosen.plan
         await self._motions.bend(arm, chosen.reach)

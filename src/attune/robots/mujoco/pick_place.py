@@ -181,7 +181,7 @@ def finish_place(
     standing = placed @ in_hand
     world.put(name, standing)
     world.set_gripper(arm, pr2.GRIPPER_OPEN)
-    if not world.all_free(arm, back[1:]):
+    if not world.all_free(arm, back):
         return None
     return PlacePlan(arm, rise[::-1], back, standing)
 

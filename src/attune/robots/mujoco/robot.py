@@ -2,7 +2,6 @@
 
 from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import replace
-from typing import TypeVar
 
 import numpy as np
 
@@ -35,17 +34,16 @@ from attune.robots.mujoco.beliefs import Beliefs
 from attune.robots.mujoco.carry import FOLDED
 from attune.robots.mujoco.containers import Containers
 from attune.robots.mujoco.controller import Controller
-from attune.robots.mujoco.costmap import footprint
+from attune.robots.mujoco.costmap import Costmap, footprint
 from attune.robots.mujoco.driving import Driving, find_way
 from attune.robots.mujoco.imagination import Imagination
 from attune.robots.mujoco.manipulation import Manipulation
 from attune.robots.mujoco.motions import Motions
 from attune.robots.mujoco.perception import PERIOD, CameraSettings, Perception
 from attune.robots.mujoco.reach import handle_poses, look_poses, pick_poses, place_poses
+from attune.robots.mujoco.stepwise import results
 from attune.robots.mujoco.world import World
 from attune.robots.simulated import TrueObject
-
-T = TypeVar("T")
 
 _STANDSTILL = 0.01
 """A robot whose joints are all slower than this stands still [rad/s or m/s]."""
@@ -135,44 +133,62 @@ class MujocoRobot(Robot):
     # --- searching ----------------------------------------------------------------------------------------------
 
     async def base_poses(self, target: Target) -> Sequence[BasePose]:
-        """Up to three base poses from which the target can be reached, the most promising first."""
-        costmap, _ = await self._driving.floor()
-        seed = int(self._rng.integers(2**31))
-        rng = np.random.default_rng(seed)
+        """Up to three base poses to which a way leads and from which the target can be reached, best first."""
+        costmap, body = await self._driving.floor()
+        search = self._search(target, costmap)
+        if search is None:
+            return ()
+        world, now = self._beliefs.imagine(), self._motions.base
+        found: list[BasePose] = []
+        cut_off = 0
+        async for pose in results(self._clock, search):
+            way = await self._clock.run_in_thread(
+                lambda: find_way(world, costmap, body, now, pose)  # noqa: B023
+            )
+            if way is not None:
+                found.append(pose)
+            else:
+                cut_off += 1
+            if len(found) == _POSES or cut_off == _CUT_OFF:
+                break
+        return tuple(found)
+
+    def _search(self, target: Target, costmap: Costmap) -> Iterator[BasePose | None] | None:
+        """The search for a target's base poses; None when no arm is free for it, or the arm is empty."""
+        rng = np.random.default_rng(int(self._rng.integers(2**31)))
         match target:
             case PickTarget(percept):
-                worlds = {}
-                for arm in self._beliefs.free_arms:
-                    world = self._folded(self._beliefs.imagine())
-                    carrying = self._beliefs.imagine(grasping=(arm, percept.name))
-                    worlds[arm] = (world, carrying)
-                if not worlds:
-                    return ()
-                body = footprint(next(iter(worlds.values()))[0].body_solids())
-                return await self._first(pick_poses(worlds, costmap, body, percept, rng))
+                worlds = {
+                    arm: (self._folded(), self._beliefs.imagine(grasping=(arm, percept.name)))
+                    for arm in self._beliefs.free_arms
+                }
+                body = footprint(self._folded().body_solids())
+                return pick_poses(worlds, costmap, body, percept, rng) if worlds else None
             case PlaceTarget(arm, position):
                 held = self._beliefs.held.get(arm)
                 if held is None:
-                    return ()
-                carrying, world = self._beliefs.imagine(), self._beliefs.imagine(empty=arm)
-                body = footprint(carrying.body_solids())
-                return await self._first(place_poses((world, carrying), costmap, body, arm, held, position, rng))
+                    return None
+                pair = (self._beliefs.imagine(empty=arm), self._beliefs.imagine())
+                body = footprint(pair[1].body_solids())
+                return place_poses(pair, costmap, body, arm, held, position, rng)
             case LookTarget(point):
                 world = self._beliefs.imagine()
-                body = footprint(world.body_solids())
-                return await self._first(look_poses(world, costmap, body, point, world.base, rng))
+                return look_poses(world, costmap, footprint(world.body_solids()), point, world.base, rng)
             case OpenTarget(name):
-                container = self._container(name)
-                position = self.world.container_position(name)
-                goal = 0.0 if self._containers.is_open(container) else container.opened
-                free = {arm: self._folded(self._beliefs.imagine()) for arm in self._beliefs.free_arms}
-                if not free:
-                    return ()
-                body = footprint(next(iter(free.values())).body_solids())
-                return await self._first(handle_poses(free, costmap, body, name, (position, goal), rng))
+                return self._search_handle(self._container(name), costmap, rng)
 
-    def _folded(self, world: Imagination) -> Imagination:
-        """The world with the free arms folded, as they are before an arm action."""
+    def _search_handle(
+        self, box: Container, costmap: Costmap, rng: np.random.Generator
+    ) -> Iterator[BasePose | None] | None:
+        goal = 0.0 if self._containers.is_open(box) else box.opened
+        span = (self.world.container_position(box.name), goal)
+        body = footprint(self._folded().body_solids())
+        worlds = {arm: self._folded() for arm in self._beliefs.free_arms}
+        return handle_poses(worlds, costmap, body, box.name, span, rng) if worlds else None
+
+    def _folded(self) -> Imagination:
+        """The kitchen as believed, with the free arms folded, as they are before an arm action."""
+        world = self._beliefs.imagine()
         for arm in self._beliefs.free_arms:
             world.set_arm(arm, FOLDED[arm])
         return world
@@ -182,27 +198,6 @@ class MujocoRobot(Robot):
             if container.name == name:
                 return container
         raise UnknownTarget("container", name, [box.name for box in self._scene.containers])
-
-    async def _first(self, search: Iterator[BasePose | None]) -> tuple[BasePose, ...]:
-        """The first results to which a way leads."""
-        costmap, body = await self._driving.floor()
-        now = self._motions.base
-        found: list[BasePose] = []
-        steps = enumerate(search)
-        cut_off = 0
-        while (
-            len(found) < _POSES
-            and cut_off < _CUT_OFF
-            and (step := await self._clock.run_in_thread(lambda: next(steps, None))) is not None
-        ):
-            pose = step[1]
-            if pose is None:
-                continue
-            if await self._clock.run_in_thread(lambda: find_way(costmap, body, now, pose)) is not None:  # noqa: B023
-                found.append(pose)
-            else:
-                cut_off += 1
-        return tuple(found)
 
     # --- acting -------------------------------------------------------------------------------------------------
 

@@ -17,8 +17,8 @@ from attune.robots.mujoco.costmap import RESOLUTION, Costmap, Footprint, Mask
 
 Array = NDArray[np.float64]
 
-MARGINS = (0.05, 0.02, 0.08)
-"""Kept from obstacles on the way [m]: the usual one, the one for narrow places, and one for where cells deceive."""
+MARGINS = (0.05, 0.035, 0.02, 0.0, -0.02, 0.08)
+"""Kept from obstacles on the way [m]: the usual one, those for narrow places, and one for where cells deceive."""
 _TIGHT = 0.01
 """Around a start or goal that is itself nearer to obstacles than the margin, this much nearer is allowed [m]."""
 _NEARNESS_COST = 2.0

@@ -90,11 +90,12 @@ def find_picks(
         completions: How many candidates of the straight part are tried to the end.
     """
     world.put(percept.name, frame_of(percept.pose))
-    world.aim_at(percept.name)
     grasps = grasps_for(percept)
     for lift in LIFTS:
         for start in pick_starts(world, arm, grasps, lift)[:_STARTS]:
+            world.aim_at(percept.name)
             plan = finish_pick(world, carrying, percept, start)
+            world.keep_clear(percept.name)
             if plan is None:
                 continue
             yield _with_ways(world, carrying, percept, posture, plan, rng)
@@ -127,10 +128,11 @@ def find_places(
         completions: How many candidates of the straight part are tried to the end.
     """
     carrying.set_arm(arm, posture)
-    world.aim_at(held.percept.name)
     for lift in LIFTS:
         for start in place_starts(carrying, arm, held.in_hand, held.upright, position, lift)[:_STARTS]:
+            world.aim_at(held.percept.name)
             plan = finish_place(world, carrying, held.in_hand, held.percept.name, start)
+            world.keep_clear(held.percept.name)
             if plan is None:
                 continue
             yield _from_and_to(world, carrying, posture, plan, rng)
