@@ -60,6 +60,7 @@ class Verbs(_Strict):
     brought: tuple[str, ...]
     left: tuple[str, ...]
     swap: tuple[str, ...]
+    swapping: tuple[str, ...]
     drop: tuple[str, ...]
 
 

@@ -12,6 +12,9 @@ from attune.dialogue.lexicon import Lexicon
 ClauseKind = Literal["fetch", "put", "wish", "lack", "swap", "drop", "plain"]
 
 
+_REPORTED = re.compile(r"\b(?:says?|said|told|tells?|asked|asks|wants?|recipe|he|she|they) .*\bto\b")
+
+
 @dataclass(frozen=True, slots=True)
 class Sentence:
     """An utterance as a skeleton: words, with `T0` for a thing, `P0` for a place."""
@@ -95,6 +98,7 @@ class ClauseCutter:
         self._gerunds: tuple[tuple[ClauseKind, re.Pattern[str]], ...] = (
             ("fetch", _one_of(verbs.bringing)),
             ("put", _one_of(verbs.putting)),
+            ("swap", _one_of(verbs.swapping)),
         )
         self._pasts: tuple[tuple[ClauseKind, re.Pattern[str]], ...] = (
             ("fetch", _one_of(verbs.brought)),
@@ -161,7 +165,8 @@ class ClauseCutter:
             return _Head(kind, match.start() - 1 - len(lead) + frame.start(), match.start(), match.end(), True)
         before = lead.split()
         last = before[-1] if before else ","
-        if last in {"and", "then"} and len(before) > 1 and frames.QUESTION.match(lead) is None:
+        reported = _REPORTED.search(lead) is not None
+        if last in {"and", "then"} and len(before) > 1 and not reported and frames.QUESTION.match(lead) is None:
             return _Head(kind, match.start(), match.start(), match.end(), False)
         if last == "you" and (
             len(before) == 1 or before[-2] in {",", "please", "now", "and", "robot", "then", "no", "so"}
@@ -177,6 +182,8 @@ class ClauseCutter:
         )
         thing_before = re.fullmatch(r"[TP]\d+", last) is not None
         follows = text[match.end() :]
+        if last in {"and", "then"} and reported:
+            return None
         if subject or (thing_before and not re.match(rf" (?:me|us|it|{frames.T}|some)\b", follows)):
             return None
         if frames.QUESTION.match(lead) and "," not in before:

@@ -44,7 +44,8 @@ def settle(sentence: Sentence, text: str) -> tuple[Sentence, str, bool]:
     for pattern in (_TRAILING, _THING, _AFTERWARDS):
         while (match := pattern.search(text)) and not _NEGATED_BEFORE.search(text[: match.start()].rstrip()):
             first, second = int(match[1]), int(match[3])
-            things[second] = corrected_thing(things[first], things[second])
+            merged = _described(things[first], things[second]) if pattern is _TRAILING else None
+            things[second] = merged or corrected_thing(things[first], things[second])
             text = f"{text[: match.start()]}T{second}{match[2]}{text[match.end() :]}"
             corrected = True
     while (match := _SPOT.search(text)) and not _NEGATED_BEFORE.search(text[: match.start()].rstrip()):
@@ -57,7 +58,7 @@ def settle(sentence: Sentence, text: str) -> tuple[Sentence, str, bool]:
     while match := _APPOSITION.search(text, position):
         first, second = int(match[1]), int(match[3])
         merged = _described(things[first], things[second])
-        if merged is None:
+        if merged is None or _NEGATED_BEFORE.search(text[: match.start()].rstrip()):
             position = match.start() + 1
             continue
         things[first] = merged

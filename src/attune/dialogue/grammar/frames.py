@@ -56,6 +56,7 @@ _YOU = (
     r"(?:is|would) it (?:be )?(?:okay|alright|all right|possible|fine|too much) (?:if|for) you(?: (?:to|could|would|can))?|"
     r"it would be \w+ (?:if you (?:could|would)|for you to)|that you (?:could|can|would)|you (?:will|"
     r"would) (?:please|now)|"
+    r"(?:can|could|shall|may|might) we|let us|"
     r"be (?:so )?(?:kind|good|nice|sweet|lovely|dear) (?:and|to|as to|enough to)|be an? \w+(?: and| ,)|"
     r"do me (?:a|the) \w+(?: and|,)?|i will need you to|i am going to need you to|let us have you|are you able to|"
     r"it is your turn to|your (?:task|job) is to|please to|i insist that you|next you)"
@@ -117,12 +118,8 @@ WISH = re.compile(
     rf")(?={_GAP} T\d)"
 )
 LACK = re.compile(
-    r"\b(?:(?:i|we) (?:\w+ )?(?:do not have|have no|have not got|have not|am missing|are missing|am short of|"
-    r"are short of|"
-    r"forgot|have forgotten|lost|have lost|can not find|could not find|dropped|am lacking|ran out of|"
-    r"are running out of|"
-    r"have run out of|are out of|am out of|are all out of|are completely out of)|there (?:is|are) no)(?= (?:any |"
-    r"enough )?T\d)"
+    r"\b(?:i|we) (?:still |also |just )?(?:do not have|have no|have not got|am missing|are missing|am short of|are short of|"
+    r"am lacking)(?= (?:any |enough )?T\d)"
 )
 TERSE_WISH = re.compile(
     r"(?:^|(?<=[.,?] )|(?<=and )|(?<=please )|(?<=robot ))(?:want|need|wanting|needing|would like)(?= T\d)"
@@ -165,7 +162,7 @@ ADDITIVE = re.compile(
 )
 CORRECTION = re.compile(
     r"\b(?:instead|rather|prefer|wrong|i mean|i meant|i said|i wanted|i asked for|i was asking for|i had asked for|"
-    r"i did ask for|make (?:it|that)|change (?:it|that) (?:to|for|into)|change of plans?|changed? my mind|"
+    r"i did ask for|make (?:it|that)|change (?:it|that) (?:to|for|into)|change of plans?|changed? my mind|different|"
     r"on second thoughts?|actually|better|after all|not what i|misunderst\w+|mistake|not that one|not this one|"
     r"not that|"
     r"turn it into|(?:swap|exchange|replace|switch|trade) (?:it|that|this|them)|what i meant|i ordered|"

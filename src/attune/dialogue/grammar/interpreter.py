@@ -26,6 +26,9 @@ from attune.dialogue.words import words
 _KEPT_LEXICONS = 32
 _LONGEST_FRAGMENT = 12
 _INSTRUCTIONS = frozenset({"bring_me", "replace_object", "change_location", "setting_breakfast"})
+_CUT_OFF = re.compile(
+    r"\bT\d+ (?:(?:to|and|or|from|into|onto)(?: the| a| my)?|(?:on|in|of|with|at) (?:the|a|my))[ .,]*$"
+)
 _DANGLING = words(
     "the a an my your our to from on in of with and or some that this bring get fetch put take "
     "give hand pass could can would you want need like i for at into onto its their his her"
@@ -69,6 +72,9 @@ class GrammarInterpreter:
             return meaning
         start, end, words = stop
         after = stopless[end:].strip(" ,.?")
+        given_up = re.findall(r"\bT\d+", stopless[start:end])
+        if after and given_up:
+            after = f"not {given_up[-1]} , {after}"  # "stop bringing the cup, bring the bowl"
         meaning = (
             self._meaning(after, after, sentence, context, lexicon, reader, said, fragment=True) if after else None
         )
@@ -96,6 +102,8 @@ class GrammarInterpreter:
             answer = read_answer(text, sentence, question, context)
             if answer is not None:
                 return answer
+        if _CUT_OFF.search(text):
+            return Interpretation(intent="fragment", confidence=0.7, reason="breaks off before it says where or what")
         noted = remark(plain if not fragment else text, text)
         if noted is not None:
             return noted

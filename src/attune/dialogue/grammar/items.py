@@ -35,6 +35,7 @@ class Thing:
         count: How many are wanted.
         compared: The size is a comparative ("bigger").
         other: "other" or "different" was said.
+        different: "different" was said.
         another: "another" or "one more" was said.
         ordinal: 1 for "the first one", 2 for the second, -1 for the last; 0 for none.
         unknown: It names something the robot does not know ("milk chocolate").
@@ -47,6 +48,7 @@ class Thing:
     count: int = 1
     compared: bool = False
     other: bool = False
+    different: bool = False
     another: bool = False
     ordinal: int = 0
     unknown: bool = False

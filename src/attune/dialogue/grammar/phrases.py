@@ -11,6 +11,7 @@ from attune.dialogue.words import words
 
 _BREAKS = frozenset({",", ".", "?"})
 _DEFINITE = words("the my your our his her their its this that these those 's")
+_ARTICLES = frozenset({"a", "an", "the", "my", "some", "two"})
 _INDEFINITE = words("a an some any another one each every either")
 _AMOUNTS: dict[tuple[str, ...], int] = {
     ("a", "couple", "of"): 2, ("a", "couple"): 2, ("a", "pair", "of"): 2, ("a", "few"): 1, ("a", "bit", "of"): 1,
@@ -183,7 +184,17 @@ class PhraseReader:
     @staticmethod
     def _make(draft: _Draft, definite: bool, article: bool, count: int, type_: str, size: str) -> Thing:
         spec = ObjectSpec(type=type_, color=draft.color, size=_size(size))
-        return Thing(spec, "noun", definite, article, count, draft.compared, draft.other, draft.another, draft.ordinal)
+        return Thing(
+            spec=spec,
+            definite=definite,
+            article=article,
+            count=count,
+            compared=draft.compared,
+            other=draft.other,
+            different=draft.different,
+            another=draft.another,
+            ordinal=draft.ordinal,
+        )
 
     def _determiner(self, words: Sequence[str], at: int) -> tuple[int, bool, bool, int, bool]:
         """Where the determiners end, and what they said: definite, any, count, another."""
@@ -192,6 +203,8 @@ class PhraseReader:
         while at < len(words):
             amount = next((n for n in (4, 3, 2) if tuple(words[at : at + n]) in _AMOUNTS), 0)
             word = words[at]
+            if word in {"that", "this", "these", "those"} and at + 1 < len(words) and words[at + 1] in _ARTICLES:
+                break  # "make that a large one"
             if amount:
                 count = _AMOUNTS[tuple(words[at : at + amount])]
                 another = another or words[at + amount - 1] == "more"

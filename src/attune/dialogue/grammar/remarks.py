@@ -6,7 +6,7 @@ from attune.core.messages import Band
 from attune.dialogue.interpreter import Intent, Interpretation, StatusTopic, StyleWish
 
 _POLITE = (
-    r"(?:please|robot|now|okay|just|then|thanks|thank you|hey|oh|well|so|yes|alright|all right|right|and|"
+    r"(?:please|robot|now|okay|actually|just|then|thanks|thank you|hey|oh|well|so|yes|alright|all right|right|and|"
     r"but|no|you can|you may|could you|can you|would you|will you|let us|i would like you to|i want you to|"
     r"would you mind|you should|now you can|,|\.|\?)"
 )
@@ -101,7 +101,7 @@ _BACKCHANNEL = re.compile(
     r"indeed|ha|haha|wow|interesting|fine|yay|ooh|,|\.|\?) ?)+$"
 )
 YES = re.compile(
-    r"^(?:(?:yes|sure|okay|alright|all right|right|of course|please do|please|go ahead|do that|do it|exactly|"
+    r"^(?!(?:robot|oh|and|then|dear|just|well|,|\.| )*$)(?:(?:yes|sure|okay|alright|all right|right|of course|please do|please|go ahead|do that|do it|exactly|"
     r"correct|absolutely|definitely|certainly|indeed|sounds? (?:good|great|fine|lovely)|"
     r"that (?:is|would be|sounds) (?:right|fine|good|great|lovely|perfect|nice|correct|okay|wonderful)|"
     r"(?:would be|is) fine|i do|i did|why not|good idea|perfect|by all means|affirmative|very well|great|fine|"

@@ -38,9 +38,7 @@ _SWAP_PAIR = re.compile(
 _ONLY_CHANGE = re.compile(
     rf"\b(?:want|need|like|rather|prefer|have|love|put)\b.*?\b(?:have )?{frames.PRONOUN}(?: \w+)? P\d+"
 )
-_TRAVEL = re.compile(
-    r"\b(?:go|look|check|open|head|walk|drive|search|run|peek|have a look|come|hop|roll)\b"
-)
+_TRAVEL = re.compile(r"\b(?:go|look|check|open|head|walk|drive|search|run|peek|have a look|come|hop|roll)\b")
 _PASSIVE = re.compile(
     r"(?:can|could|would|may|should) T\d+(?: please)? (?:be|get) (?:brought|fetched|put|placed|taken|delivered|carried|moved|served|handed|set)"
 )
@@ -58,9 +56,9 @@ FILLER = words(
     "hey hello hi right there good morning evening afternoon well make it that a an the or quickly , . ? plus additionally "
     "was asked asking said wanted had one quick fast asap kindly nope rather will do like my be so dear "
     "love mate buddy pal do is change plan plans of mind on second thought thoughts better wrong ah aha "
-    "this way from with at once immediately straight away soon second thoughts changed have correction "
-    "oops stop hold hang sir madam yet another time next first after all in addition coming up prefer "
-    "today very much ready moment when minute in case any chance go ahead bring"
+    "this way from with at once immediately straight away soon second thoughts changed  correction "
+    "oops    sir madam yet another time next first after all in addition coming up prefer "
+    "today very much ready moment when minute in case any chance  ahead "
 )
 
 
@@ -96,6 +94,8 @@ class RequestReader:
         self._said = said
         self._wanted = Wanted()
         self._place_to_look = ""
+        self._place_mentioned = ""
+        self._wrong: dict[int, bool] = {}
         self._nouns: list[ObjectSpec] = []
 
     def read(self, clauses: Sequence[Clause]) -> Wanted:
@@ -224,6 +224,8 @@ class RequestReader:
                 if before and int(before[1]) in specs:
                     number_of = int(before[1])
                     specs[number_of] = replace(specs[number_of], location=self._spots[number].place)
+            if match[1] == "P":
+                self._place_mentioned = self._spots[number].place
             if match[1] == "P" and travel:
                 self._place_to_look = self._spots[number].place
         if not frames.QUESTION.match(text) and not _SOMEBODY.match(text):
@@ -322,6 +324,8 @@ class RequestReader:
                 self._locate(max(first, 0), max(first, 0) + seen, spot.place, body[: match.start()])
             else:
                 self._place_to_look = spot.place
+        if not wanted.destination and self._place_mentioned and re.search(r"\bthere\b", body):
+            wanted.destination = self._place_mentioned
         if self._place_to_look and numbers and wanted.add:
             self._locate(max(first, 0), len(wanted.add), self._place_to_look, "")
             self._place_to_look = ""
@@ -358,7 +362,9 @@ class RequestReader:
         if thing.head == "noun" and (thing.other or thing.compared):
             spec = resolve(replace(thing, head="one"), self._narrowed(spec), (), self._said) or spec
         self._nouns.append(spec)
-        self._wanted.indirect = self._wanted.indirect or thing.compared or (thing.other and clause.kind in {"plain"})
+        self._wanted.indirect = (
+            self._wanted.indirect or thing.compared or thing.different or (thing.other and clause.kind == "plain")
+        )
         self._wanted.add += [spec] * thing.count
         self._wanted.definite += [thing.definite] * thing.count
         return True
@@ -382,8 +388,12 @@ class RequestReader:
 
     def _remove(self, number: int) -> None:
         thing = self._things[number]
-        if thing.head == "noun":
+        wrong = self._wrong.get(number, False)
+        if thing.head == "noun" and not (wrong and not thing.spec.color and not thing.spec.size):
             spec: ObjectSpec | None = thing.spec
+        elif thing.head == "noun":
+            spoken_of = object_spoken_of(self._context, thing.spec)
+            spec = spoken_of if spoken_of and spoken_of.type == thing.spec.type else thing.spec
         else:
             nouns = self._nouns or [
                 t.spec for n, t in enumerate(self._things) if t.head == "noun" and n not in self._negative
@@ -431,6 +441,8 @@ class RequestReader:
                 )
                 if last_negative:
                     negative.add(number)
+                    # "the wrong cup" is whatever the robot brings or has brought.
+                    self._wrong[number] = re.search(r"\b(?:wrong|(?:this|that|it) is not)$", before) is not None
         return negative
 
     def _takes_back(self, previous: Clause, clause: Clause) -> bool:

@@ -44,7 +44,7 @@ _STOP_EXCLUDED_BEFORE = re.compile(
     r"asked me)(?: to)?)$"
 )
 _STOP_EXCLUDED_AFTER = re.compile(
-    rf"^ (?:(?!{_GERUNDS}\b)\w+ing\b(?! please)|by\b(?! the)|sign\b|light\b|watch\b|over\b|and smell|at the \w+\b|"
+    rf"^ (?:(?!{_GERUNDS}\b)\w+ing\b(?! please)|by\b(?! P\d)|sign\b|light\b|watch\b|over\b|and smell|at the \w+\b|"
     rf"in the \w+\b|"
     r"near\b|motion|button\b|words?\b|talk\b|(?:the|this|that|your|those) (?:music|car|bus|train|tv|television|"
     r"radio|noise|oven|"
