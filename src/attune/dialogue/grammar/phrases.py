@@ -70,6 +70,7 @@ class _Draft:
     size: str = ""
     compared: bool = False
     other: bool = False
+    different: bool = False
     another: bool = False
     ordinal: int = 0
     described: bool = False
@@ -248,6 +249,7 @@ class PhraseReader:
                 at += 1
             elif word in self._lexicon.adjectives and word not in {"one", "ones"}:
                 draft.other = draft.other or word in {"other", "different"}
+                draft.different = draft.different or word == "different"
                 draft.ordinal = _ORDINALS.get(word, draft.ordinal)
                 draft.another = draft.another or word == "more"
                 at += 1
