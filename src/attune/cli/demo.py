@@ -14,6 +14,7 @@ if TYPE_CHECKING:
     from attune.core.config import Config
     from attune.evaluation.scenarios import Scenario
     from attune.evaluation.trial import TrialResult
+    from attune.session.session import Session
 
 
 class Choice(StrEnum):
@@ -74,9 +75,11 @@ def _play(scenario: Scenario, config: Config, console: Console, *, fast: bool, t
     console.rule(scenario.title)
     clock = VirtualClock() if fast else RealClock()
     user = None if text else UserAudio(clock, Speaker())
-    result = run(
-        lambda: run_trial(scenario, config, clock, user, lambda session: TerminalView(session.bus, console)), clock
-    )
+
+    def watch(session: Session) -> None:
+        TerminalView(session.bus, console)
+
+    result = run(lambda: run_trial(scenario, config, clock, user, watch), clock)
     for check in result.checks:
         mark = "[green]✓[/green]" if check.holds else "[red]✗[/red]"
         console.print(f"  {mark} {check.claim}" + (f"  [dim]{check.detail}[/dim]" if check.detail else ""))

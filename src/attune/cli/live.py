@@ -4,8 +4,9 @@ from __future__ import annotations
 
 import signal
 import sys
+from enum import StrEnum
 from pathlib import Path
-from typing import TYPE_CHECKING, Annotated, Literal
+from typing import TYPE_CHECKING, Annotated
 
 import typer
 
@@ -24,11 +25,18 @@ QUIT_WITHIN = 2.0
 """Seconds in which a second Ctrl-C ends the program."""
 
 
+class AgeBand(StrEnum):
+    """How old the person says they are."""
+
+    younger = "younger"
+    older = "older"
+
+
 def live(
     text: Annotated[bool, typer.Option("--text", help="Typed text only: no microphone, no voice.")] = False,
     mute: Annotated[bool, typer.Option("--mute", help="The robot answers in text only.")] = False,
     robot: Annotated[str, typer.Option(help="mujoco, or symbolic (no physics).")] = "",
-    age: Annotated[str, typer.Option(help="Your age band: younger or older; else it is estimated.")] = "",
+    age: Annotated[AgeBand | None, typer.Option(help="Your age band; else it is estimated.")] = None,
     config: Annotated[Path | None, typer.Option(help="A configuration file instead of ./attune.toml.")] = None,
 ) -> None:
     """Talk to the robot in its kitchen, in real time, and interrupt it whenever you like.
@@ -45,12 +53,10 @@ def live(
     changes = {"robot": {"kind": robot}} if robot else {}
     if mute or text:
         changes["voice"] = {"output": "none"}
-    if age and age not in ("younger", "older"):
-        raise typer.BadParameter(f"{age!r} is no age band: younger or older", param_hint="--age")
-    anyio.run(_live, with_values(settings, changes), not text, age or "unknown")
+    anyio.run(_live, with_values(settings, changes), not text, age)
 
 
-async def _live(config: Config, listen: bool, band: Literal["younger", "older", "unknown"]) -> None:
+async def _live(config: Config, listen: bool, age: AgeBand | None) -> None:
     import anyio
     from prompt_toolkit.patch_stdout import patch_stdout
     from rich.console import Console
@@ -68,7 +74,7 @@ async def _live(config: Config, listen: bool, band: Literal["younger", "older", 
         console.print("Waking the robot …")
         session = Session(config, clock, audio=_microphone(config, console) if listen else None)
         view = TerminalView(session.bus, console)
-        known = AgeEstimate(band=band, confidence=1.0, source="stated") if band != "unknown" else AgeEstimate()
+        known = AgeEstimate(band=age.value, confidence=1.0, source="stated") if age else AgeEstimate()
         async with session.running(), anyio.create_task_group() as group:
             group.start_soon(serve, session, default_socket(), name="remote")
             console.print(HELP, style="dim")

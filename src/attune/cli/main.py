@@ -45,10 +45,10 @@ def main() -> None:
         _fail(error)
     except BaseExceptionGroup as group:
         # A task group wraps what its tasks raise: show the first error that a person can mend.
-        error = next((leaf for leaf in _leaves(group) if isinstance(leaf, AttuneError)), None)
-        if error is None:
+        known = next((leaf for leaf in _leaves(group) if isinstance(leaf, AttuneError)), None)
+        if known is None:
             raise
-        _fail(error)
+        _fail(known)
 
 
 def _leaves(group: BaseExceptionGroup[BaseException]) -> Iterator[BaseException]:
