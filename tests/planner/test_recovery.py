@@ -91,6 +91,8 @@ def test_a_failure_that_stays_is_told_and_the_next_object_comes(make_kitchen, ac
 
     kitchen.play(script)
     assert kitchen.of(hopeless) == [("accepted", ""), ("failed", reason)]
+    alternative = next(outcome.alternative for outcome in kitchen.outcomes if outcome.status == "failed")
+    assert (alternative.type if alternative else "") == ("" if reason == "blocked" else "cup")
     assert kitchen.moved() == {"white_bowl": "table"}
     kitchen.check_nothing_lost()
 

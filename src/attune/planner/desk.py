@@ -106,10 +106,12 @@ class Desk:
         """A goal cannot be reached."""
         delivery = self.agenda.get(goal.delivery)
         reason = reason_of(failure)
+        item = self.belief.get(delivery.individual)
         nearest = None
-        if reason == "not_found":
+        if reason in {"not_found", "unreachable", "grasp_failed"} and not (item and item.held_by):
             others = self.agenda.reserved | {delivery.individual}
-            nearest = alternative(self.belief, delivery.spec, others)
+            wanted = self.belief.describe(item) if item and not delivery.spec.type else delivery.spec
+            nearest = alternative(self.belief, wanted, others)
         if delivery.status == "returning" and delivery.individual:
             self.given_up.add(delivery.individual)
         self.agenda = self.agenda.change(goal.delivery, status="failed")
