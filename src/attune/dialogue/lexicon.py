@@ -3,6 +3,7 @@
 import tomllib
 from collections.abc import Iterable, Mapping
 from dataclasses import dataclass
+from copy import copy
 from functools import cache
 from importlib import resources
 from pathlib import Path
@@ -124,7 +125,8 @@ class Lexicon:
 
         A word that is already known keeps its meaning.
         """
-        wider = Lexicon(self._file)
+        wider = copy(self)
+        wider.phrases = dict(self.phrases)
         for spec in objects:
             wider._learn(spec.type, "type")
             wider._learn(spec.color, "color")

@@ -1,0 +1,124 @@
+"""The embedded interpreter on sentences of our own: a tuned part, and a part written before the rules and left alone."""
+
+import json
+import time
+from pathlib import Path
+
+import pytest
+
+from attune.cli.understanding import COMMANDS, LineContext
+from attune.core.messages import ObjectSpec
+from attune.core.scene import load_scene
+from attune.dialogue.context import Context, TaskContext
+from attune.dialogue.corpus import Sampler, domain_sentences, scene_lexicon
+from attune.dialogue.grammar.interpreter import GrammarInterpreter
+from attune.dialogue.interpreter import Interpretation
+
+SENTENCES = [json.loads(line) for line in (Path(__file__).parent / "sentences.jsonl").read_text("utf-8").splitlines()]
+EMBEDDED = GrammarInterpreter()
+
+
+def read(text: str, **context: object) -> Interpretation:
+    return EMBEDDED.read(text, LineContext.model_validate(context).context())
+
+
+def outcome(meaning: Interpretation) -> dict[str, object]:
+    known = meaning.intent in COMMANDS
+    objects = {
+        "add": meaning.add if known else (),
+        "remove": meaning.remove if known else (),
+    }
+    plain = {
+        key: [{name: getattr(spec, name) for name in ("type", "color", "size", "location")} for spec in specs]
+        for key, specs in objects.items()
+    }
+    return {
+        "command": meaning.intent if known else "other",
+        **plain,
+        "destination": meaning.destination if known else "",
+    }
+
+
+@pytest.mark.parametrize("line", [line for line in SENTENCES if line["part"] == "tuned"], ids=lambda line: line["id"])
+def test_a_sentence_of_the_tuned_part_is_understood_whole(line: dict[str, dict[str, object]]) -> None:
+    assert outcome(read(str(line["utterance"]), **line["context"])) == line["expect"]
+
+
+def test_at_least_95_percent_of_the_held_out_commands_are_right_and_no_stop_is_missed() -> None:
+    held_out = [line for line in SENTENCES if line["part"] == "held_out"]
+    got = [outcome(read(line["utterance"], **line["context"]))["command"] for line in held_out]
+    wrong = [
+        (line["utterance"], command)
+        for line, command in zip(held_out, got, strict=True)
+        if command != line["expect"]["command"]
+    ]
+    assert len(wrong) <= 0.05 * len(held_out), wrong
+    assert not [text for text, command in wrong if command != "stop" and "stop" in text.lower().split()]
+
+
+def test_the_sampled_language_of_the_recogniser_is_understood_by_the_interpreter() -> None:
+    lexicon = scene_lexicon(load_scene())
+    sampler, interpreter = Sampler(lexicon, seed=11), GrammarInterpreter(lexicon)
+    cup = TaskContext(objects=(ObjectSpec(type="cup", color="red"),))
+    for intent in ("setting_breakfast", "stop", "carry_on", "put_back", "cancel_object", "style", "status"):
+        sentences = [sampler.sentence(intent) for _ in range(60)]
+        readings = [interpreter.read(text, Context(task=cup)).intent for text in sentences]
+        right = {"style": {"style", "repeat", "stated_age"}}.get(intent, {intent})
+        assert [text for text, got in zip(sentences, readings, strict=True) if got not in right] == []
+
+
+def test_sampling_is_reproducible_and_has_every_type_and_place() -> None:
+    sentences = domain_sentences(load_scene(), count=1500, seed=4)
+    assert sentences == domain_sentences(load_scene(), count=1500, seed=4)
+    assert len(sentences) == 1500
+    words = {word for sentence in sentences for word in sentence.split()}
+    assert {
+        "milk",
+        "bowl",
+        "cereal",
+        "spoon",
+        "cup",
+        "plate",
+        "bread",
+        "knife",
+        "fork",
+        "glass",
+        "juice",
+        "mug",
+    } <= words
+    assert {"countertop", "table", "cabinet", "dishwasher", "drawer", "fridge", "shelf"} <= words
+    assert all(sentence == sentence.lower() and not set(sentence) & set(".,!?<>|()") for sentence in sentences)
+
+
+def test_things_of_a_lines_scene_are_words_of_that_line_only() -> None:
+    scene = [{"type": "hair_dryer", "color": "turquoise", "size": "", "location": "wardrobe"}]
+    meaning = read("bring me the turquoise hair dryer from the wardrobe", scene=scene)
+    assert meaning.add == (ObjectSpec(type="hair_dryer", color="turquoise", location="wardrobe"),)
+    assert read("bring me the turquoise hair dryer").intent == "unknown_object"
+
+
+def test_an_answer_takes_all_that_the_question_gave_the_option() -> None:
+    question = "The big red cup from the shelf or the small blue one from the table?"
+    assert read("the blue one", pending_question=question).add == (
+        ObjectSpec(type="cup", color="blue", size="small", location="table"),
+    )
+
+
+def test_internal_intents_are_told_apart() -> None:
+    assert read("put it back please").intent == "put_back"
+    assert read("forget the spoon").intent == "cancel_object"
+    assert read("carry on").intent == "carry_on"
+    assert read("please speak a bit slower").style == "slower"
+    assert read("you don't have to tell me everything").style == "less"
+    assert read("I am 78 years old").band == "older"
+    assert read("what are you doing?").status == "doing"
+    assert read("could you repeat that").intent == "repeat"
+
+
+@pytest.mark.parametrize(
+    "text", ["", "   ", "?!", "ÄÖ 漢字 🙂", "a " * 400, "no, " * 200, "bring " * 100, "\x00\x01", "the red " * 50]
+)
+def test_no_text_makes_the_interpreter_fail_or_slow(text: str) -> None:
+    began = time.process_time()
+    assert read(text, pending_question=text, last_robot_utterance=text).intent not in {"stop", "setting_breakfast"}
+    assert time.process_time() - began < 2.0
