@@ -9,11 +9,11 @@ import numpy as np
 import pytest
 from numpy.typing import NDArray
 
-from attune.core.bus import EVENT, REPLY, SPEECH_ACTIVITY, SPEECH_STOP, VOICE_STATUS, Bus
+from attune.core.bus import EVENT, REPLY, SPEECH_ACTIVITY, SPEECH_STOP, UTTERANCE, VOICE_STATUS, Bus
 from attune.core.clock import VirtualClock, run
 from attune.core.config import VoiceConfig
 from attune.core.events import Event
-from attune.core.messages import Reply, SpeechActivity, StopSignal, VoiceStatus
+from attune.core.messages import Reply, SpeechActivity, StopSignal, Utterance, VoiceStatus
 from attune.voice.playback import OutputError
 from attune.voice.voice import Voice
 
@@ -167,6 +167,26 @@ def test_it_does_not_begin_while_somebody_speaks() -> None:
 
     stage.perform(script)
     assert stage.states(replies[0]) == ["started", "finished"]
+
+
+def test_it_waits_out_a_pause_in_a_sentence_but_answers_a_whole_one_at_once() -> None:
+    stage, replies = Stage(), []
+
+    async def script() -> None:
+        for heard in (False, True):
+            stage.person(True)
+            await stage.clock.sleep(1)
+            stage.person(False)
+            await stage.clock.sleep(0.3)
+            if heard:
+                now = stage.clock.now()
+                stage.bus.publish(UTTERANCE, Utterance(time=now, text="bring me a cup", start=now - 1, end=now))
+            replies.append(stage.say("All right."))
+            await stage.clock.sleep(5)
+
+    stage.perform(script)
+    delays = [next(s.time for s in stage.statuses if s.reply == reply.id) - reply.time for reply in replies]
+    assert delays == [pytest.approx(0.7, abs=0.05), pytest.approx(0.0, abs=0.05)]
 
 
 def test_the_file_is_valid_at_every_moment_and_ends_where_the_voice_was_cut_off(tmp_path: Path) -> None:

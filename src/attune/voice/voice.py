@@ -1,23 +1,26 @@
 """The robot's voice: speaks replies sentence by sentence, tells how far it got, and gives way to people."""
 
+import math
 import re
 from pathlib import Path
 from typing import Literal
 
 import anyio
 
-from attune.core.bus import EVENT, REPLY, SPEECH_ACTIVITY, SPEECH_STOP, VOICE_STATUS, Bus
+from attune.core.bus import EVENT, REPLY, SPEECH_ACTIVITY, SPEECH_STOP, UTTERANCE, VOICE_STATUS, Bus
 from attune.core.clock import Clock
 from attune.core.config import VoiceConfig
 from attune.core.errors import AttuneError
 from attune.core.espeak import sample_rate
 from attune.core.events import Event
-from attune.core.messages import Reply, SpeechActivity, StopSignal, VoiceStatus
+from attune.core.messages import Reply, SpeechActivity, StopSignal, Utterance, VoiceStatus
 from attune.voice.playback import FileOutput, NoOutput, Output, PlaybackHook, Player, SpeakerOutput
 from attune.voice.synthesis import Speech, Synthesiser
 
 _SENTENCE_END = re.compile(r"(?<=[.!?])\s+")
 _State = Literal["started", "word", "finished", "interrupted", "dropped"]
+_THINKING_PAUSE = 1.0
+"""Somebody who pauses without an utterance having been heard may go on within this time [s]."""
 _LOWERED = 0.2
 """Gain while somebody speaks and it is not yet clear whether they want the floor."""
 
@@ -27,7 +30,7 @@ class Voice:
 
     A person who speaks lowers the voice at once and silences it after `config.barge_in` seconds; shorter sounds
     ("uh-huh") do not. A spotted stop silences it at once and drops what was still to be said. While somebody speaks,
-    only urgent replies begin.
+    or pauses in the middle of a sentence, only urgent replies begin.
 
     Args:
         on_playback: Gets everything that sounds, as `(samples, rate, time)`, for echo cancellation.
@@ -59,6 +62,7 @@ class Voice:
         self._scope = anyio.CancelScope()
         self._changed = anyio.Event()
         self._person_since: float | None = None
+        self._floor_free_at = 0.0
 
     async def run(self) -> None:
         """Speak until cancelled.
@@ -72,6 +76,7 @@ class Voice:
             self._bus.on(REPLY, self._take),
             self._bus.on(SPEECH_ACTIVITY, self._person_speaks),
             self._bus.on(SPEECH_STOP, self._stop),
+            self._bus.on(UTTERANCE, self._person_has_finished),
         ]
         try:
             while True:
@@ -110,9 +115,14 @@ class Voice:
     def _person_speaks(self, activity: SpeechActivity) -> None:
         if not activity.speaking:
             self._person_since = None
+            self._floor_free_at = self._clock.now() + _THINKING_PAUSE
         elif self._person_since is None:
             self._person_since = self._clock.now()
         self._player.gain = _LOWERED if activity.speaking else 1.0
+        self._changed.set()
+
+    def _person_has_finished(self, _utterance: Utterance) -> None:
+        self._floor_free_at = self._clock.now()
         self._changed.set()
 
     def _stop(self, _signal: StopSignal) -> None:
@@ -122,10 +132,14 @@ class Voice:
         self._scope.cancel()
 
     async def _next(self) -> Reply:
-        while not self._waiting or (self._person_since is not None and self._waiting[0].urgency != "urgent"):
+        while True:
+            wait = self._floor_free_at - self._clock.now() if self._person_since is None else math.inf
+            # Less than a microsecond is rounding: a timer cannot wait for so little.
+            if self._waiting and (wait < 1e-6 or self._waiting[0].urgency == "urgent"):
+                return self._waiting.pop(0)
             self._changed = anyio.Event()
-            await self._changed.wait()
-        return self._waiting.pop(0)
+            with anyio.move_on_after(wait if self._waiting else math.inf):
+                await self._changed.wait()
 
     async def _speak(self, reply: Reply) -> None:
         began = self._clock.now()
