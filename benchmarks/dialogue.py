@@ -6,6 +6,7 @@ of the dialogue with sentences of the kitchen grammar, while a robot works on wh
 
 import gc
 import json
+import random
 import time
 import tracemalloc
 from statistics import median
@@ -37,23 +38,30 @@ def percentile(values: list[float], percent: float) -> float:
 
 
 def interpreting() -> dict[str, Any]:
-    """Processor time of the embedded interpreter for each sentence of the language benchmark."""
+    """Time of the embedded interpreter for each sentence of the language benchmark.
+
+    Processor time is what it needs by itself; the other also counts waiting for busy cores.
+    """
     interpreter = GrammarInterpreter(scene_lexicon(load_scene()))
     asked = [(item.utterance, LineContext.model_validate(item.context).context()) for item in benchmark_items()]
     for text, context in asked:
         interpreter.read(text, context)
-    times: list[float] = []
+    wall: list[float] = []
+    processor: list[float] = []
     for text, context in asked * ROUNDS:
-        start = time.perf_counter()
+        start, start_processor = time.perf_counter(), time.thread_time()
         interpreter.read(text, context)
-        times.append(time.perf_counter() - start)
+        wall.append(time.perf_counter() - start)
+        processor.append(time.thread_time() - start_processor)
     return {
-        "utterances": len(times),
-        "p50 [ms]": round(1000 * percentile(times, 50), 2),
-        "p99 [ms]": round(1000 * percentile(times, 99), 2),
+        "utterances": len(wall),
+        "p50 [ms]": round(1000 * percentile(wall, 50), 2),
+        "p99 [ms]": round(1000 * percentile(wall, 99), 2),
         "p99 target [ms]": TARGET_P99_MS,
-        "longest [ms]": round(1000 * max(times), 2),
-        "utterances per second": round(len(times) / sum(times)),
+        "p50, processor time [ms]": round(1000 * percentile(processor, 50), 2),
+        "p99, processor time [ms]": round(1000 * percentile(processor, 99), 2),
+        "longest, processor time [ms]": round(1000 * max(processor), 2),
+        "utterances per second of processor time": round(len(processor) / sum(processor)),
     }
 
 
@@ -74,9 +82,10 @@ def obey(bus: Bus, clock: VirtualClock, command: Command) -> None:
 
 
 def talking() -> dict[str, Any]:
-    """One session of many turns: wall time and memory of its parts."""
+    """One session of many turns: processor time (with memory traced, which slows it) and memory of its parts."""
     clock, bus, scene = VirtualClock(), Bus(), load_scene()
     sentences = domain_sentences(scene, TURNS, seed=1)
+    random.Random(1).shuffle(sentences)
     counts = {"commands": 0, "replies": 0}
     seconds: list[float] = []
     memory: list[int] = []
@@ -93,12 +102,12 @@ def talking() -> dict[str, Any]:
             group.start_soon(bridge.run)
             await clock.sleep(0.1)
             for part in range(PARTS):
-                start = time.perf_counter()
+                start = time.process_time()
                 for text in sentences[part * TURNS // PARTS : (part + 1) * TURNS // PARTS]:
                     now = clock.now()
                     bus.publish(UTTERANCE, Utterance(time=now, text=text, start=now, end=now, typed=True))
                     await clock.sleep(3.0)
-                seconds.append((time.perf_counter() - start) / (TURNS // PARTS))
+                seconds.append((time.process_time() - start) / (TURNS // PARTS))
                 gc.collect()
                 memory.append(tracemalloc.get_traced_memory()[0])
             group.cancel_scope.cancel()
@@ -111,8 +120,8 @@ def talking() -> dict[str, Any]:
     return {
         "turns": TURNS,
         **counts,
-        "time per turn, first tenth, memory traced [ms]": round(1000 * seconds[0], 2),
-        "time per turn, last tenth, memory traced [ms]": round(1000 * seconds[-1], 2),
+        "processor time per turn, first tenth [ms]": round(1000 * seconds[0], 2),
+        "processor time per turn, last tenth [ms]": round(1000 * seconds[-1], 2),
         "median over the tenths [ms]": round(1000 * median(seconds), 2),
         "memory grown from the second tenth to the last [KiB]": round((memory[-1] - memory[1]) / 1024, 1),
     }

@@ -15,11 +15,14 @@ from typer.testing import CliRunner
 
 from attune.cli.eval_language import eval_language
 from attune.cli.understand import understand
+from attune.core.bus import COMMAND, REPLY, UTTERANCE, Bus
 from attune.core.clock import RealClock, run
-from attune.core.config import LlmConfig
+from attune.core.config import Config, DialogueConfig, LlmConfig
 from attune.core.errors import MissingDependencyError
-from attune.core.messages import ObjectSpec
+from attune.core.messages import ObjectSpec, Utterance
 from attune.core.scene import load_scene
+from attune.dialogue.bridge import DialogueBridge
+from attune.dialogue.choice import chosen_interpreter
 from attune.dialogue.context import Context, TaskContext
 from attune.dialogue.corpus import scene_lexicon
 from attune.dialogue.grammar.interpreter import GrammarInterpreter
@@ -396,3 +399,85 @@ def test_a_language_model_is_measured_with_the_same_benchmark(
     assert report["parts"]["paper"]["items"] == report["parts"]["hard"]["items"] == 20
     assert report["parts"]["paper"]["score"]["command"]["count"] < 20
     assert "test-model" in (tmp_path / "language.md").read_text()
+
+
+def bridged(
+    server: Any, talk: Callable[[Bus, RealClock, DialogueBridge], Awaitable[None]]
+) -> tuple[list[Any], list[str]]:
+    """Hold a talk through the bridge with the server as interpreter; returns the commands and what was said."""
+    clock, bus = RealClock(), Bus()
+    commands: list[Any] = []
+    said: list[str] = []
+
+    async def main() -> None:
+        bus.on(COMMAND, commands.append)
+        bus.on(REPLY, lambda reply: said.append(reply.text))
+        async with server.running():
+            config = Config(llm=LlmConfig(base_url=server.url, model="m"))
+            async with chosen_interpreter(config, SCENE, clock) as interpreter, anyio.create_task_group() as group:
+                bridge = DialogueBridge(bus, clock, SCENE, DialogueConfig(), interpreter)
+                group.start_soon(bridge.run)
+                await clock.sleep(0.05)
+                await talk(bus, clock, bridge)
+                group.cancel_scope.cancel()
+
+    run(main, clock)
+    return commands, said
+
+
+def say(bus: Bus, clock: RealClock, text: str) -> None:
+    now = clock.now()
+    bus.publish(UTTERANCE, Utterance(time=now, text=text, start=now, end=now, typed=True))
+
+
+def test_the_models_command_and_its_words_reach_robot_and_person(
+    model_server: Make, behaviour: Make, model_answer: Make
+) -> None:
+    known = SCENE.objects[0]
+    wanted = {"type": known.type, "color": known.color, "size": known.size}
+    server = model_server(behaviour(model_answer("bring_me", add=[wanted], reply="Coming right up, my friend.")))
+
+    async def talk(bus: Bus, clock: RealClock, bridge: DialogueBridge) -> None:
+        with bus.subscribe(REPLY) as replies:
+            say(bus, clock, "you know which one I mean, fetch it")
+            await replies.receive()
+
+    commands, said = bridged(server, talk)
+    assert [command.kind for command in commands] == ["bring_me"]
+    assert said == ["Coming right up, my friend."]
+
+
+def test_what_was_said_before_a_stop_moves_nothing_after_it(
+    model_server: Make, behaviour: Make, model_answer: Make
+) -> None:
+    server = model_server(behaviour(model_answer("setting_breakfast"), wait=0.3))
+
+    async def talk(bus: Bus, clock: RealClock, bridge: DialogueBridge) -> None:
+        with bus.subscribe(COMMAND) as stops:
+            say(bus, clock, "breakfast would be lovely, I think")
+            say(bus, clock, "and toast")
+            await clock.sleep(0.1)
+            asked = clock.now()
+            say(bus, clock, "Stop!")
+            assert (await stops.receive()).time - asked < 0.1
+        await clock.sleep(1.0)
+
+    commands, _ = bridged(server, talk)
+    assert [command.kind for command in commands] == ["stop"]
+    assert len(server.requests) == 2
+
+
+def test_wishes_of_the_person_change_what_the_model_is_told_about_style(model_server: Make, fine: Any) -> None:
+    server = model_server(fine)
+
+    async def talk(bus: Bus, clock: RealClock, bridge: DialogueBridge) -> None:
+        for preferences in (Preferences(band="older"), Preferences(band="older", announce="results")):
+            bridge.speaker.preferences = preferences
+            with bus.subscribe(REPLY) as replies:
+                say(bus, clock, "the thing for coffee")
+                await replies.receive()
+
+    bridged(server, talk)
+    styles = [request["messages"][0]["content"].rsplit("How to speak", 1)[1] for request in server.requests]
+    assert "unhurried" in styles[0]
+    assert "little" in styles[1]

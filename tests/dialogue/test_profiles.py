@@ -6,12 +6,18 @@ import subprocess
 import sys
 from pathlib import Path
 
+import anyio
 import pytest
 from typer.testing import CliRunner
 
 from attune.cli.profile import profile_app
-from attune.core.messages import AgeEstimate
-from attune.dialogue.policies import Preferences
+from attune.core.bus import REPLY, UTTERANCE, Bus
+from attune.core.clock import VirtualClock, run
+from attune.core.config import DialogueConfig
+from attune.core.messages import AgeEstimate, Utterance
+from attune.core.scene import load_scene
+from attune.dialogue.bridge import DialogueBridge
+from attune.dialogue.policies import Policy, Preferences
 from attune.dialogue.profiles import (
     ConsentError,
     DamagedProfilesError,
@@ -148,21 +154,21 @@ def test_a_process_killed_in_a_transaction_leaves_the_old_state(store: ProfileSt
 def test_the_commands_list_show_export_and_erase(store: ProfileStore, tmp_path: Path) -> None:
     store.consent("Ada")
     store.keep("Ada", WISHES, OLDER)
-    run = CliRunner().invoke
+    invoke = CliRunner().invoke
     place = ["--file", str(store.path)]
-    assert "Ada" in run(profile_app, ["list", *place]).output
-    shown = run(profile_app, ["show", "Ada", *place]).output
+    assert "Ada" in invoke(profile_app, ["list", *place]).output
+    shown = invoke(profile_app, ["show", "Ada", *place]).output
     assert "older" in shown
     assert "rate steps: -2" in shown
     out = tmp_path / "out.json"
-    assert run(profile_app, ["export", "--out", str(out), *place]).exit_code == 0
+    assert invoke(profile_app, ["export", "--out", str(out), *place]).exit_code == 0
     assert json.loads(out.read_text())[0]["person"] == "Ada"
     assert stat.S_IMODE(out.stat().st_mode) == 0o600
-    assert run(profile_app, ["erase", "Ada", *place], input="n\n").exit_code == 1
+    assert invoke(profile_app, ["erase", "Ada", *place], input="n\n").exit_code == 1
     assert store.people() == ("Ada",)
-    assert run(profile_app, ["erase", "Ada", "--yes", *place]).exit_code == 0
+    assert invoke(profile_app, ["erase", "Ada", "--yes", *place]).exit_code == 0
     assert store.people() == ()
-    assert "Nothing is remembered" in run(profile_app, ["list", *place]).output
+    assert "Nothing is remembered" in invoke(profile_app, ["list", *place]).output
 
 
 def test_erasing_an_unknown_person_names_who_is_known(store: ProfileStore) -> None:
@@ -170,3 +176,66 @@ def test_erasing_an_unknown_person_names_who_is_known(store: ProfileStore) -> No
     result = CliRunner().invoke(profile_app, ["erase", "Bob", "--yes", "--file", str(store.path)])
     assert isinstance(result.exception, NoProfileError)
     assert "Ada" in str(result.exception)
+
+
+def talk(texts: list[str], store: ProfileStore | None, age: AgeEstimate = AgeEstimate()) -> tuple[list[str], Policy]:
+    """Hold a talk; returns what the robot said and how it speaks at the end."""
+    clock, bus = VirtualClock(), Bus()
+    said: list[str] = []
+
+    async def main() -> Policy:
+        bridge = DialogueBridge(bus, clock, load_scene(), DialogueConfig(), profiles=store)
+        bus.on(REPLY, lambda reply: said.append(reply.text))
+        async with anyio.create_task_group() as group:
+            group.start_soon(bridge.run)
+            await clock.sleep(0.1)
+            for text in texts:
+                now = clock.now()
+                bus.publish(UTTERANCE, Utterance(time=now, text=text, start=now, end=now, age=age, typed=True))
+                await clock.sleep(2)
+            group.cancel_scope.cancel()
+        return bridge.speaker.policy
+
+    return said, run(main, clock)
+
+
+def test_wishes_of_a_person_who_agreed_hold_in_the_next_talk(store: ProfileStore) -> None:
+    said, policy = talk(
+        ["You don't have to tell me everything.", "Remember me, please.", "Slower please."], store, OLDER
+    )
+    assert "remember" in said[1]
+    _, next_policy = talk([], ProfileStore(store.path))
+    assert next_policy == policy
+    found = store.get()
+    assert found is not None
+    assert found.preferences.rate_steps == -1
+    assert found.age.band == "older"
+
+
+def test_without_consent_a_talk_leaves_nothing_behind(store: ProfileStore) -> None:
+    talk(["Slower please.", "Tell me what you are doing."], store, OLDER)
+    assert store.all() == ()
+    assert not store.path.exists()
+
+
+@pytest.mark.parametrize("words", ["Forget me.", "please forget everything about me", "Delete my data!"])
+def test_forget_me_erases_the_profile(words: str, store: ProfileStore) -> None:
+    said, _ = talk(["remember me", words, "louder please"], store)
+    assert "forgotten" in said[1]
+    assert store.all() == ()
+
+
+@pytest.mark.parametrize(
+    "words", ["Forget it.", "Forget the cup.", "Do you remember me?", "Remember the milk.", "don't forget the spoon"]
+)
+def test_other_things_to_remember_or_forget_touch_no_profile(words: str, store: ProfileStore) -> None:
+    talk(["remember me", words], store)
+    assert store.people() == ("me",)
+    empty = ProfileStore(store.path.with_name("other.sqlite3"))
+    talk([words], empty)
+    assert empty.all() == ()
+
+
+def test_where_nothing_can_be_kept_the_robot_says_so() -> None:
+    said, _ = talk(["Remember me."], None)
+    assert "nothing" in said[0]

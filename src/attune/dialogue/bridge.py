@@ -12,6 +12,7 @@ from attune.core.bus import (
     OUTCOME,
     REPLY,
     ROBOT_STATE,
+    ROBOT_STOP,
     SPEECH_ACTIVITY,
     SPEECH_STOP,
     UTTERANCE,
@@ -33,8 +34,11 @@ from attune.dialogue.grammar.interpreter import GrammarInterpreter
 from attune.dialogue.grounding import Grounding, believed, ground
 from attune.dialogue.interpreter import Interpretation, Interpreter
 from attune.dialogue.lexicon import load_lexicon
+from attune.dialogue.llm import LlmInterpreter, describe_style
+from attune.dialogue.memory import Memory
 from attune.dialogue.narrator import Narrator
 from attune.dialogue.policies import load_policies
+from attune.dialogue.profiles import ProfileStore
 from attune.dialogue.repair import Repairer
 from attune.dialogue.replies import Phrasebook
 from attune.dialogue.situation import PendingQuestion, Situation
@@ -66,13 +70,20 @@ class DialogueBridge:
         scene: The kitchen: vocabulary, and what is believed before the robot has told anything.
         config: Thresholds, times and files.
         interpreter: Who understands; None takes the embedded one.
+        profiles: What is remembered about people, with their consent; None remembers nothing.
 
     Raises:
         AttuneError: A file that the configuration names is wrong.
     """
 
     def __init__(
-        self, bus: Bus, clock: Clock, scene: Scene, config: DialogueConfig, interpreter: Interpreter | None = None
+        self,
+        bus: Bus,
+        clock: Clock,
+        scene: Scene,
+        config: DialogueConfig,
+        interpreter: Interpreter | None = None,
+        profiles: ProfileStore | None = None,
     ) -> None:
         self._bus = bus
         self._clock = clock
@@ -80,6 +91,8 @@ class DialogueBridge:
         lexicon = scene_lexicon(scene, load_lexicon(Path(config.lexicon) if config.lexicon else None))
         self._embedded = GrammarInterpreter(lexicon)
         self._interpreter: Interpreter = interpreter or self._embedded
+        if isinstance(interpreter, LlmInterpreter):
+            interpreter.style = lambda: describe_style(self.speaker.policy)
         self._filter = Filter(config)
         self._repairer = Repairer(lexicon)
         self._stopper = Stopper(bus, clock)
@@ -88,12 +101,15 @@ class DialogueBridge:
         phrasebook = Phrasebook(path=Path(config.replies) if config.replies else None)
         self.speaker = Speaker(bus, clock, policies, phrasebook)
         """How the robot speaks to the person; its preferences can be set from a profile."""
+        self._memory = Memory(profiles, self.speaker)
         self._narrator = Narrator(self.speaker)
         self._answerer = Answerer(self.speaker, self._situation)
         self._scene = scene
         self._fragment: _Fragment | None = None
         self._speaking = False
         self._stopped: dict[str, bool] = {}
+        self._stops = 0
+        self._stops_before: dict[str, int] = {}
         self._several: dict[str, bool] = {}
         self._group: anyio.abc.TaskGroup | None = None
 
@@ -107,6 +123,7 @@ class DialogueBridge:
             endings = [
                 self._bus.on(UTTERANCE, self._stop_first),
                 self._bus.on(SPEECH_STOP, self._spotted),
+                self._bus.on(ROBOT_STOP, self._halted),
                 self._bus.on(SPEECH_ACTIVITY, self._activity),
                 self._bus.on(WORLD, self._world),
                 self._bus.on(VOICE_STATUS, self.speaker.spoken),
@@ -135,6 +152,9 @@ class DialogueBridge:
         if signal.state == "spotted" and self._group is not None:
             self._group.start_soon(self._take_back_later, signal, name="spotted stop")
 
+    def _halted(self, signal: StopSignal) -> None:
+        self._stops += signal.state == "confirmed"
+
     async def _take_back_later(self, signal: StopSignal) -> None:
         await self._clock.sleep(self._config.stop_waits_for_text)
         if self._stopper.spotted is signal:
@@ -143,6 +163,7 @@ class DialogueBridge:
     def _stop_first(self, utterance: Utterance) -> None:
         if not utterance.is_final:
             return
+        self._stops_before[utterance.id] = self._stops
         if self._filter.hears_nothing(utterance):
             self._stopper.withdraw("it was no speech to the robot", utterance.id)
             return
@@ -161,8 +182,10 @@ class DialogueBridge:
     async def _heard(self, utterance: Utterance) -> None:
         if not utterance.is_final:
             return
+        stops_before = self._stops_before.pop(utterance.id, self._stops)
         self._tell("heard", utterance, text=utterance.text, confidence=utterance.confidence, age=utterance.age.band)
         self.speaker.hear_age(utterance.age.band)
+        self._memory.hear_age(utterance.age)
         if self._stopped.pop(utterance.id, False):
             self._take_fragment()
             self._situation.pending = None
@@ -173,7 +196,16 @@ class DialogueBridge:
         if nothing:
             self._tell("ignored", utterance, nothing)
             return
+        about_memory = self._memory.answer(utterance.text)
+        if about_memory:
+            self._tell("understood", utterance, "about being remembered", intent=about_memory)
+            self.speaker.say("talk", about_memory, cause=utterance.id)
+            return
         meaning = await self._understand(utterance)
+        if stops_before != self._stops:
+            # A language model takes its time: what was said before a stop must not move the robot after it.
+            self._tell("ignored", utterance, "overtaken by a stop", intent=meaning.intent)
+            return
         decision = self._filter.decide(utterance, meaning, expecting=self._situation.pending is not None)
         match decision.verdict:
             case "ignore":
@@ -195,7 +227,7 @@ class DialogueBridge:
             if commands_for(together, context, now=0.0, cause="", band="unknown"):
                 return replace(together, reason=f"continues what was begun: {together.reason}")
         meaning = await self._interpreter.interpret(utterance.text, context)
-        return await self._repairer.repaired(meaning, utterance, context, self._interpreter)
+        return await self._repairer.repaired(meaning, utterance, context, self._embedded)
 
     def _wait_for_more(self, utterance: Utterance, reason: str) -> None:
         self._fragment = _Fragment(utterance, reason, anyio.CancelScope())
@@ -232,8 +264,10 @@ class DialogueBridge:
         match meaning.intent:
             case "style":
                 self.speaker.preferences = self.speaker.preferences.wish(meaning.style)
+                self._memory.keep_wishes()
             case "stated_age":
                 self.speaker.preferences = replace(self.speaker.preferences, band=meaning.band)
+                self._memory.keep_wishes()
             case "bring_me" | "replace_object":
                 self._fetch(utterance, meaning)
                 return
@@ -249,8 +283,9 @@ class DialogueBridge:
                 else next(iter(self._situation.context(self._clock.now()).recent), None)
             )
             self.speaker.say(
-                "accept", meaning.intent, cause=utterance.id, urgency="urgent" if meaning.intent == "stop" else "normal",
-                place=f"the {meaning.destination}", old=the(old) if old else "it", thing=noun(old) if old else "thing",
+                "accept", meaning.intent, cause=utterance.id,
+                urgency="urgent" if meaning.intent == "stop" else "normal", place=f"the {meaning.destination}",
+                old=the(old) if old else "it", thing=noun(old) if old else "thing", repeated=meaning.reply,
             )  # fmt: skip
         else:
             self._answerer.answer(meaning, self._embedded.objects_in(utterance.text), last, utterance.id)
@@ -288,8 +323,8 @@ class DialogueBridge:
         place = f"the {found.spec.location}"
         match found.finding:
             case "ambiguous":
-                slots = {"options": choices(found.options), "thing": found.spec.type}
-                reply = self.speaker.say("ask", "which", cause=utterance.id, **slots)
+                options = choices(found.options)
+                reply = self.speaker.say("ask", "which", cause=utterance.id, options=options, thing=found.spec.type)
             case "unknown_place":
                 self.speaker.say("cannot", "unknown_place", cause=utterance.id, place=found.spec.location)
                 return
@@ -329,6 +364,7 @@ class DialogueBridge:
             old=old,
             to=to,
             to_now=to,
+            repeated=meaning.reply,
         )
 
     def _ask_back(self, utterance: Utterance, meaning: Interpretation) -> None:
@@ -338,7 +374,7 @@ class DialogueBridge:
             return
         group, situation = _ASKED_BACK.get(meaning.intent, ("ask", "again"))
         unknown = f"“{meaning.unknown}”" if meaning.unknown else "that"
-        self.speaker.say(group, situation, cause=utterance.id, unknown=unknown)
+        self.speaker.say(group, situation, cause=utterance.id, unknown=unknown, repeated=meaning.reply)
 
     # --- the robot ---------------------------------------------------------------------------------------------
 

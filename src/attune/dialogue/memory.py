@@ -1,0 +1,87 @@
+"""Remembering a person's wishes from one talk to the next, if they say so, and forgetting them when they say so."""
+
+import re
+from dataclasses import replace
+from typing import Literal
+
+from attune.core.messages import AgeEstimate
+from attune.dialogue.profiles import SELF, ProfileStore
+from attune.dialogue.speaker import Speaker
+
+Situation = Literal["", "remember", "forget", "nothing_to_forget", "no_memory"]
+"""What there is to say, as the file of replies calls it; "" if it was not about remembering."""
+
+_ME = (
+    r"(?:me|who i am|(?:all |everything )?(?:that )?(?:what )?(?:you know )?about me|"
+    r"my (?:profile|data|preferences|wishes|voice)|(?:what|how) i (?:like|want|prefer)(?: (?:it|things|"
+    r"you to talk))?)"
+)
+_POLITE = (
+    r"(?:(?:robot|please|okay|and|now|can you|could you|would you|will you|i want you to|i would like you to),? ?)*"
+)
+_END = r"(?: please| now| for (?:the )?next time| from now on| again)*"
+_REMEMBER = re.compile(rf"{_POLITE}(?:remember|keep|save|store) {_ME}{_END}")
+_FORGET = re.compile(
+    rf"{_POLITE}(?:forget|erase|delete|remove|do not remember|don't remember|stop remembering) {_ME}{_END}"
+)
+
+
+def memory_wish(text: str) -> Literal["", "remember", "forget"]:
+    """Whether somebody asks to be remembered or forgotten."""
+    plain = " ".join(re.sub(r"[^\w' ]", " ", text.lower()).split())
+    if _FORGET.fullmatch(plain):
+        return "forget"
+    return "remember" if _REMEMBER.fullmatch(plain) else ""
+
+
+class Memory:
+    """What the dialogue keeps of a person.
+
+    Args:
+        store: Where it is kept; None keeps nothing.
+        speaker: Its preferences are what is kept; they are set from the profile at the beginning.
+        person: Whose profile.
+
+    Raises:
+        AttuneError: The profiles cannot be read.
+    """
+
+    def __init__(self, store: ProfileStore | None, speaker: Speaker, person: str = SELF) -> None:
+        self._store = store
+        self._speaker = speaker
+        self._person = person
+        self._age = AgeEstimate()
+        profile = store.get(person) if store else None
+        self._consented = profile is not None
+        if profile is not None:
+            speaker.preferences = profile.preferences
+            speaker.hear_age(profile.age.band)
+            self._age = profile.age
+
+    def answer(self, text: str) -> Situation:
+        """Do what is asked about remembering, if something is."""
+        wish = memory_wish(text)
+        if not wish:
+            return ""
+        if self._store is None:
+            return "no_memory"
+        if wish == "forget":
+            self._consented = False
+            return "forget" if self._store.erase(self._person) else "nothing_to_forget"
+        self._store.consent(self._person)
+        self._consented = True
+        self._store.keep(self._person, self._speaker.preferences, self._age)
+        return "remember"
+
+    def hear_age(self, age: AgeEstimate) -> None:
+        """Keep what the voice told about the person's age, when it told something new."""
+        if age.band in ("unknown", self._age.band):
+            return
+        self._age = replace(age, source="profile")
+        if self._store is not None and self._consented:
+            self._store.keep(self._person, age=self._age)
+
+    def keep_wishes(self) -> None:
+        """Keep the speaker's preferences as they are now, if the person agreed."""
+        if self._store is not None and self._consented:
+            self._store.keep(self._person, self._speaker.preferences)
