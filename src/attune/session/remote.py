@@ -38,7 +38,7 @@ class NoSessionError(AttuneError):
 
 def default_socket() -> Path:
     """Where a session of this user listens."""
-    return Path(platformdirs.user_runtime_dir("attune", ensure_exists=True)) / "session.sock"
+    return platformdirs.user_state_path("attune", ensure_exists=True) / "session.sock"
 
 
 async def serve(session: Session, socket: Path) -> None:
