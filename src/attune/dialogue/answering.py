@@ -81,9 +81,7 @@ class Answerer:
         ]  # fmt: skip
         if meaning.status == "stock":
             names = " and ".join(dict.fromkeys(the(item) for item in known[:3]))
-            self._speaker.say(
-                "talk", "stock_yes" if known else "stock_no", cause=cause, **({"objects": names} if known else {})
-            )
+            self._speaker.say("talk", "stock_yes" if known else "stock_no", cause=cause, objects=names)
         elif known and known[0].location:
             chosen = known[0]
             name = noun(chosen if len(known) > 1 else spec)

@@ -18,7 +18,7 @@ from attune.dialogue.grammar.references import is_described_by
 from attune.dialogue.interpreter import Interpretation
 
 
-def commands_for(
+def commands_for(  # noqa: PLR0911 - one rule per return
     meaning: Interpretation, context: Context, *, now: float, cause: str, band: Band
 ) -> tuple[Command, ...]:
     """The commands for a meaning, in the order in which they take effect; none for talk.

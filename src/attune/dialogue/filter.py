@@ -52,7 +52,7 @@ class Filter:
             return f"recognised with a confidence of only {utterance.confidence:.2f}"
         return ""
 
-    def decide(self, utterance: Utterance, meaning: Interpretation, *, expecting: bool) -> Decision:
+    def decide(self, utterance: Utterance, meaning: Interpretation, *, expecting: bool) -> Decision:  # noqa: PLR0911 - one rule per return
         """What to do with an utterance that was interpreted.
 
         Args:

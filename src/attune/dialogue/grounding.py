@@ -39,7 +39,7 @@ def believed(world: Sequence[BelievedObject], scene: Scene) -> tuple[ObjectSpec,
     )
 
 
-def ground(
+def ground(  # noqa: PLR0911 - one rule per return
     spec: ObjectSpec,
     definite: bool,
     known: Sequence[ObjectSpec],

@@ -11,7 +11,8 @@ CommandIntent = Literal["bring_me", "setting_breakfast", "replace_object", "chan
 
 Intent = Literal[
     "bring_me", "setting_breakfast", "replace_object", "change_location", "stop",
-    "cancel_object", "put_back", "carry_on", "dont_stop", "repeat", "status", "style", "stated_age", "thanks", "greeting",
+    "cancel_object", "put_back", "carry_on", "dont_stop", "repeat", "status", "style", "stated_age", "thanks",
+    "greeting",
     "affirm", "deny", "fragment", "unknown_object", "unknown_action", "unclear", "question", "backchannel", "talk",
 ]  # fmt: skip
 """What was meant. `talk` is for somebody else; `unclear` deserves a question back."""

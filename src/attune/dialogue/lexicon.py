@@ -2,8 +2,8 @@
 
 import tomllib
 from collections.abc import Iterable, Mapping
-from dataclasses import dataclass
 from copy import copy
+from dataclasses import dataclass
 from functools import cache
 from importlib import resources
 from pathlib import Path

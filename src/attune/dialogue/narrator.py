@@ -86,7 +86,9 @@ class Narrator:
         if not outcome.place and kind in _DELIVERING:
             kind = "everything"
         if self._speaker.knows("done", kind):
-            self._speaker.say("done", kind, cause=outcome.id, **slots)
+            self._speaker.say(
+                "done", kind, cause=outcome.id, object=slots["object"], place=slots["place"], thing=slots["thing"]
+            )
 
     def _failed(self, outcome: CommandOutcome, slots: dict[str, str]) -> str:
         self._deferred.discard(outcome.command)
@@ -96,8 +98,11 @@ class Narrator:
             "unreachable",
             "grasp_failed",
         }:
-            slots |= {"object": noun(outcome.object), "nearest": the(outcome.alternative)}
-            return self._speaker.say("ask", "absent_offer", cause=outcome.id, **slots).text
+            nearest = the(outcome.alternative)
+            offer = self._speaker.say(
+                "ask", "absent_offer", cause=outcome.id, object=noun(outcome.object), nearest=nearest
+            )
+            return offer.text
         if outcome.reason in {"stopped", "replaced"}:
             return ""
         situation = outcome.reason if self._speaker.knows("failed", outcome.reason) else "other"
@@ -105,7 +110,9 @@ class Narrator:
             slots["object"] = an(outcome.object) if outcome.status == "refused" else slots["object"]
         if outcome.reason == "unknown_place":
             slots["place"] = outcome.place or "such place"
-        self._speaker.say("failed", situation, cause=outcome.id, **slots)
+        self._speaker.say(
+            "failed", situation, cause=outcome.id, object=slots["object"], place=slots["place"], thing=slots["thing"]
+        )
         return ""
 
 

@@ -20,8 +20,10 @@ _CLEARLY_BETTER = 0.08
 _REQUESTS = words("bring get fetch want need hand pass give take find like have put instead grab could can please")
 
 _RULES: tuple[tuple[str, str], ...] = (
-    (r"ph", "f"), (r"gh(?=t)", ""), (r"ough", "o"), (r"wh", "w"), (r"wr", "r"), (r"kn", "n"), (r"ck", "k"), (r"sch", "x"),
-    (r"sh|ch|tch", "x"), (r"th", "t"), (r"dge", "j"), (r"c(?=[eiy])", "s"), (r"c", "k"), (r"q", "k"), (r"g(?=[eiy])", "j"),
+    (r"ph", "f"), (r"gh(?=t)", ""), (r"ough", "o"), (r"wh", "w"), (r"wr", "r"), (r"kn", "n"), (r"ck", "k"),
+    (r"sch", "x"),
+    (r"sh|ch|tch", "x"), (r"th", "t"), (r"dge", "j"), (r"c(?=[eiy])", "s"), (r"c", "k"), (r"q", "k"),
+    (r"g(?=[eiy])", "j"),
     (r"x", "ks"), (r"z", "s"), (r"oa|ow|oul|ou|ole|oo", "o"), (r"ea|ee|ie|y", "i"), (r"ai|ay|ei", "e"),
     (r"au|aw", "o"), (r"e(?=\b)", ""), (r"(.)\1", r"\1"),
 )  # fmt: skip

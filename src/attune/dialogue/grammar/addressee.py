@@ -58,10 +58,5 @@ def is_for_someone_else(tokens: Sequence[Token], lexicon: Lexicon) -> bool:
     end = len(words)
     while end and words[end - 1] in {".", "?", "please", "thanks"}:
         end -= 1
-    if (
-        end >= 3
-        and words[end - 1] in lexicon.names | (lexicon.people - {"sir", "madam"})
-        and words[end - 2] in {",", "you"}
-    ):
-        return True
-    return False
+    called = lexicon.names | (lexicon.people - {"sir", "madam"})
+    return end >= 3 and words[end - 1] in called and words[end - 2] in {",", "you"}

@@ -155,7 +155,7 @@ class ClauseCutter:
         sentence = max(text.rfind(" . ", 0, match.start()), text.rfind(" ? ", 0, match.start()))
         return text[sentence + 3 if sentence >= 0 else 0 : max(match.start() - 1, 0)]
 
-    def _accept(self, text: str, kind: ClauseKind, match: re.Match[str], lead: str) -> _Head | None:
+    def _accept(self, text: str, kind: ClauseKind, match: re.Match[str], lead: str) -> _Head | None:  # noqa: PLR0911 - one rule per return
         if kind in {"swap", "drop"} and not re.match(
             rf" (?:{frames.T}|{frames.P}|{frames.PRONOUN}\b|from\b|over\b)", text[match.end() :]
         ):

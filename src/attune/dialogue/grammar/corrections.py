@@ -26,8 +26,10 @@ _SPOT = re.compile(rf"\bP(\d+){MARKER} P(\d+)\b")
 _TRAILING = re.compile(r"\bT(\d+)((?: P\d+)*) (?:, )?(?:or )?T(\d+) i mean\b")
 _AFTERWARDS = re.compile(rf"\bT(\d+)((?: (?:P\d+|please|for me|thanks|[,.]))*){MARKER} (?:in |a )?T(\d+)\b")
 _APPOSITION = re.compile(
-    r"\bT(\d+)((?: P\d+)*)(?: please)? (?:[,.]|(?:(?:, |\. )?(?:it|that|which|they|and it) )?(?:should|must|has to|have to|needs to|"
-    r"ought to) be)(?: (?:preferably|if possible|maybe|ideally|perhaps|but|i mean|namely|specifically|please|is|a|it is|,))* "
+    r"\bT(\d+)((?: P\d+)*)(?: please)? (?:[,.]|(?:(?:, |\. )?(?:it|that|which|they|and it) )?(?:should|must|"
+    r"has to|have to|needs to|"
+    r"ought to) be)(?: (?:preferably|if possible|maybe|ideally|perhaps|but|i mean|namely|specifically|please|is|a|"
+    r"it is|,))* "
     r"T(\d+)\b"
 )
 _AND_PROPERTY = re.compile(r"\bT(\d+) (?:and|,|and also) T(\d+)\b")

@@ -23,6 +23,7 @@ from attune.dialogue.interpreter import Interpretation
 from attune.dialogue.lexicon import Lexicon, load_lexicon
 from attune.dialogue.words import words
 
+NOTHING_KNOWN = Context()
 _KEPT_LEXICONS = 32
 _LONGEST_FRAGMENT = 12
 _INSTRUCTIONS = frozenset({"bring_me", "replace_object", "change_location", "setting_breakfast"})
@@ -51,7 +52,7 @@ class GrammarInterpreter:
         """What `text` means in this situation."""
         return self.read(text, context)
 
-    def read(self, text: str, context: Context = Context()) -> Interpretation:
+    def read(self, text: str, context: Context = NOTHING_KNOWN) -> Interpretation:  # noqa: PLR0911 - one rule per return
         """As `interpret`, without waiting."""
         lexicon, reader = self._words_of(context)
         tokens = tokenize(text)
@@ -66,10 +67,10 @@ class GrammarInterpreter:
         stopless, denied = without_denied_stops(sentence.skeleton)
         stop = find_stop(stopless)
         if stop is None:
-            meaning = self._meaning(plain, stopless, sentence, context, lexicon, reader, said)
-            if denied and meaning.intent not in _INSTRUCTIONS:
+            whole = self._meaning(plain, stopless, sentence, context, lexicon, reader, said)
+            if denied and whole.intent not in _INSTRUCTIONS:
                 return Interpretation(intent="dont_stop", confidence=0.9, reason="asks not to stop")
-            return meaning
+            return whole
         start, end, words = stop
         after = stopless[end:].strip(" ,.?")
         given_up = re.findall(r"\bT\d+", stopless[start:end])
@@ -127,7 +128,7 @@ class GrammarInterpreter:
         return re.sub(r"\bP(\d+)\b", lambda m: f"the {sentence.spots[int(m[1])].place}", text)
 
     @staticmethod
-    def _no_request(plain: str, text: str, wanted: Wanted, has_things: bool) -> Interpretation:
+    def _no_request(plain: str, text: str, wanted: Wanted, has_things: bool) -> Interpretation:  # noqa: PLR0911 - one rule per return
         words = plain.strip(" .,?").split()
         if wanted.unknown and (wanted.asked or wanted.framed) and not _breaks_off(words):
             return Interpretation(
@@ -170,19 +171,24 @@ def _breaks_off(words: Sequence[str]) -> bool:
     return words[-1] not in {"you", "it"} or (len(words) > 1 and words[-2] in {"can", "could", "would", "will"})
 
 
-def _decide(wanted: Wanted, text: str, context: Context, said: tuple[ObjectSpec, ...]) -> Interpretation | None:
+def _decide(wanted: Wanted, text: str, context: Context, said: tuple[ObjectSpec, ...]) -> Interpretation | None:  # noqa: PLR0911 - one rule per return
     """The command that is wanted, or None."""
     additive = frames.ADDITIVE.search(text) is not None and not re.search(r"\binstead\b", text)
     add, remove = tuple(wanted.add), tuple(dict.fromkeys(wanted.remove))
     confidence = 0.95 if wanted.framed else 0.9 if wanted.asked else 0.75
-    if wanted.destination and not remove and (not add or _is_moving(wanted, context, additive)):
-        if wanted.moves or wanted.pronoun or context.busy:
-            return Interpretation(
-                intent="change_location",
-                destination=wanted.destination,
-                confidence=confidence,
-                reason="names another place",
-            )
+    moving = (
+        wanted.destination
+        and not remove
+        and (not add or _is_moving(wanted, context, additive))
+        and (wanted.moves or wanted.pronoun or context.busy)
+    )
+    if moving:
+        return Interpretation(
+            intent="change_location",
+            destination=wanted.destination,
+            confidence=confidence,
+            reason="names another place",
+        )
     if add and remove:
         remove = tuple(spec for spec in remove if spec not in add) or remove
         return _replacing(wanted, add, remove, confidence, "wants one thing instead of another")
@@ -231,8 +237,8 @@ def _replacing(
     wanted: Wanted, add: tuple[ObjectSpec, ...], remove: tuple[ObjectSpec, ...], confidence: float, reason: str
 ) -> Interpretation:
     return Interpretation(
-        intent="replace_object", add=add, remove=remove, destination=wanted.destination, definite=tuple(wanted.definite),
-        confidence=confidence, reason=reason,
+        intent="replace_object", add=add, remove=remove, destination=wanted.destination,
+        definite=tuple(wanted.definite), confidence=confidence, reason=reason,
     )  # fmt: skip
 
 

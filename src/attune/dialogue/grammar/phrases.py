@@ -43,7 +43,7 @@ _PREPOSITIONS: tuple[tuple[tuple[str, ...], Role], ...] = tuple(
     sorted(
         [(words, "from") for words in _FROM] + [(words, "to") for words in _TO] + [(words, "at") for words in _AT],
         key=lambda pair: -len(pair[0]),
-    )  # type: ignore[arg-type]
+    )
 )
 _PLACE_ADJECTIVES = words("top bottom upper lower middle left right kitchen dining other same wall corner")
 _NOT_ADJECTIVES = words(

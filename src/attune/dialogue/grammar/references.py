@@ -44,7 +44,7 @@ def object_spoken_of(
     return _plain(recent[0]) if recent else None
 
 
-def resolve(
+def resolve(  # noqa: PLR0911 - one rule per return
     thing: Thing, context: Context, before: Sequence[ObjectSpec], said: Sequence[ObjectSpec]
 ) -> ObjectSpec | None:
     """What a noun phrase without a noun means.

@@ -68,7 +68,8 @@ _QUIETER = re.compile(
     r"less loud|whisper)\b"
 )
 
-_NUMBERS = {"twenty": 20, "thirty": 30, "forty": 40, "fourty": 40, "fifty": 50, "sixty": 60, "seventy": 70, "eighty": 80, "ninety": 90,
+_NUMBERS = {"twenty": 20, "thirty": 30, "forty": 40, "fourty": 40, "fifty": 50, "sixty": 60, "seventy": 70,
+            "eighty": 80, "ninety": 90,
             "eighteen": 18, "nineteen": 19, "sixteen": 16, "seventeen": 17, "fifteen": 15, "hundred": 100}  # fmt: skip
 _AGE = re.compile(
     r"\bi am (?:only |already |almost |over |about )?(?:in my )?(\d+|"
@@ -81,19 +82,25 @@ _OLD = re.compile(
 )
 
 _THANKS = re.compile(
-    r"(?:(?:oh|okay|well|yes|no|that is|that was|it is|this is|you are|very|so|really|all|just|right|a|great|ah|good|i|and) )*"
-    r"(?:thank you|thanks|cheers|much appreciated|well done|good (?:job|robot|work|boy|girl)|great job|nice job|perfect|"
+    r"(?:(?:oh|okay|well|yes|no|that is|that was|it is|this is|you are|very|so|really|all|just|right|a|great|ah|"
+    r"good|i|and) )*"
+    r"(?:thank you|thanks|cheers|much appreciated|well done|good (?:job|robot|work|boy|girl)|great job|nice job|"
+    r"perfect|"
     r"wonderful|brilliant|excellent|lovely|great|good|nice|fantastic|awesome|super|cool|fine|appreciate it|amazing|"
     r"delicious|you are the best|love it|that is all)"
-    r"(?: (?:thank you|thanks|so|very|much|a|lot|again|robot|indeed|for (?:that|your help|everything|helping|the help)|"
+    r"(?: (?:thank you|thanks|so|very|much|a|lot|again|robot|indeed|for (?:that|your help|everything|helping|"
+    r"the help)|"
     r"that is|perfect|great|lovely|kind|of you|good|job|work|you are|welcome|now|everything|all|done|my|dear|friend|"
     r"wonderful|nice|it is|bye|,|\.|too|then|well))*"
 )
 _GREETING = re.compile(
-    r"(?:(?:oh|well|and|,|\.) )*(?:hello|hi|hey|good (?:morning|evening|afternoon|day|night)|greetings|goodbye|bye|see you|"
+    r"(?:(?:oh|well|and|,|\.) )*(?:hello|hi|hey|good (?:morning|evening|afternoon|day|night)|greetings|goodbye|"
+    r"bye|see you|"
     r"how are you|how do you do|nice to meet you|good to see you|welcome)"
-    r"(?: (?:there|robot|hello|hi|hey|my|dear|friend|everyone|everybody|all|good|morning|evening|how|are|you|today|again|later|"
-    r"soon|bye|buddy|old|old chap|little|i am|back|doing|feeling|do|is it going|going|nice to|meet|see|to|and|then|tomorrow|"
+    r"(?: (?:there|robot|hello|hi|hey|my|dear|friend|everyone|everybody|all|good|morning|evening|how|are|you|"
+    r"today|again|later|"
+    r"soon|bye|buddy|old|old chap|little|i am|back|doing|feeling|do|is it going|going|nice to|meet|see|to|and|"
+    r"then|tomorrow|"
     r",|\.|\?))*"
 )
 _BACKCHANNEL = re.compile(
@@ -101,7 +108,8 @@ _BACKCHANNEL = re.compile(
     r"indeed|ha|haha|wow|interesting|fine|yay|ooh|,|\.|\?) ?)+$"
 )
 YES = re.compile(
-    r"^(?!(?:robot|oh|and|then|dear|just|well|,|\.| )*$)(?:(?:yes|sure|okay|alright|all right|right|of course|please do|please|go ahead|do that|do it|exactly|"
+    r"^(?!(?:robot|oh|and|then|dear|just|well|,|\.| )*$)(?:(?:yes|sure|okay|alright|all right|right|of course|"
+    r"please do|please|go ahead|do that|do it|exactly|"
     r"correct|absolutely|definitely|certainly|indeed|sounds? (?:good|great|fine|lovely)|"
     r"that (?:is|would be|sounds) (?:right|fine|good|great|lovely|perfect|nice|correct|okay|wonderful)|"
     r"(?:would be|is) fine|i do|i did|why not|good idea|perfect|by all means|affirmative|very well|great|fine|"
@@ -133,7 +141,7 @@ _STATUS: tuple[tuple[StatusTopic, re.Pattern[str]], ...] = (
 )  # fmt: skip
 
 
-def remark(plain: str, skeleton: str) -> Interpretation | None:
+def remark(plain: str, skeleton: str) -> Interpretation | None:  # noqa: PLR0911 - one rule per return
     """What an utterance is that asks for no object; None if it is none of these.
 
     Args:
@@ -174,7 +182,8 @@ def status_question(plain: str) -> Interpretation | None:
 
 def _style(plain: str, skeleton: str) -> Interpretation | None:
     wishes: tuple[tuple[StyleWish, re.Pattern[str]], ...] = (
-        ("less", _LESS), ("more", _MORE), ("slower", _SLOWER), ("faster", _FASTER), ("louder", _LOUDER), ("quieter", _QUIETER),
+        ("less", _LESS), ("more", _MORE), ("slower", _SLOWER), ("faster", _FASTER),
+        ("louder", _LOUDER), ("quieter", _QUIETER),
     )  # fmt: skip
     if re.search(r"\b[TP]\d+\b", skeleton) or re.search(r"\b(?:he|she|they|him|her|story|time|weather|joke)\b", plain):
         return None

@@ -7,7 +7,7 @@ from dataclasses import dataclass, field, replace
 from attune.core.messages import ObjectSpec
 from attune.dialogue.context import Context
 from attune.dialogue.grammar import frames
-from attune.dialogue.grammar.clauses import Clause, Sentence
+from attune.dialogue.grammar.clauses import Clause, ClauseKind, Sentence
 from attune.dialogue.grammar.corrections import MARKER
 from attune.dialogue.grammar.items import Spot, Thing, described
 from attune.dialogue.grammar.references import fits, object_spoken_of, resolve
@@ -17,7 +17,8 @@ from attune.dialogue.words import words
 _NEGATIVE = re.compile(
     r"(?:instead of|rather than|in place of|in lieu of|as (?:a |the )?(?:replacement|substitute|"
     r"alternative) (?:for|to)|other than|"
-    r"no longer (?:want|need|require)|(?<!why )(?:do|does|did|would|will|must|should|need) not (?:\w+ )??(?:want|need|like|"
+    r"no longer (?:want|need|require)|(?<!why )(?:do|does|did|would|will|must|should|need) not (?:\w+ )??(?:want|"
+    r"need|like|"
     r"bring|fetch|"
     r"get|take|mean|ask for|give|care for|fancy|say|order|feel like|serve|deliver|prefer|hand|pass|grab)"
     r"(?: me| us| to have| you to bring| you to bring me| to eat| to use| to drink from)*|\bnot|\bno need for|"
@@ -40,7 +41,8 @@ _ONLY_CHANGE = re.compile(
 )
 _TRAVEL = re.compile(r"\b(?:go|look|check|open|head|walk|drive|search|run|peek|have a look|come|hop|roll)\b")
 _PASSIVE = re.compile(
-    r"(?:can|could|would|may|should) T\d+(?: please)? (?:be|get) (?:brought|fetched|put|placed|taken|delivered|carried|moved|served|handed|set)"
+    r"(?:can|could|would|may|should) T\d+(?: please)? (?:be|get) (?:brought|fetched|put|placed|taken|delivered|"
+    r"carried|moved|served|handed|set)"
 )
 _SOMEBODY = re.compile(r"(?:he|she|they|it|my|our|his|her|their|the|somebody|someone|people) ")
 _LOCATED = re.compile(r"T(\d+)(?: (?:is|are|should be|must be|might be|stands?|sits?|lies|can be found|'s|will be|"
@@ -53,7 +55,8 @@ FILLER = words(
     "please thanks thank you and also too as well now then okay ok robot for me us if possible would "
     "could can no sorry wait actually i mean meant instead of rather than not but oh yes again maybe "
     "perhaps some more just only here over to"
-    "hey hello hi right there good morning evening afternoon well make it that a an the or quickly , . ? plus additionally "
+    "hey hello hi right there good morning evening afternoon well make it that a an the or quickly , . ? plus "
+    "additionally "
     "was asked asking said wanted had one quick fast asap kindly nope rather will do like my be so dear "
     "love mate buddy pal do is change plan plans of mind on second thought thoughts better wrong ah aha "
     "this way from with at once immediately straight away soon second thoughts changed  correction "
@@ -116,11 +119,9 @@ class RequestReader:
         wanted = self._wanted
         if clause.kind == "swap" and self._swap(clause):
             return
-        kind = clause.kind
+        kind = self._drop(clause) if clause.kind == "drop" else clause.kind
         if kind == "drop":
-            kind = self._drop(clause)
-            if kind == "drop":
-                return
+            return
         if kind == "plain" and _PASSIVE.search(clause.text):
             self._objects(clause, "put")
             return
@@ -141,7 +142,7 @@ class RequestReader:
             wanted.asked = True
         self._objects(clause, "put" if kind == "put" else "fetch" if kind == "fetch" else "wish")
 
-    def _drop(self, clause: Clause) -> str:
+    def _drop(self, clause: Clause) -> ClauseKind:
         """`leave T0` drops it, `leave T0 P0` and `drop T0 P0` put it."""
         positive_spots = [n for n in clause.spots() if self._spots[n].role in {"at", "to"}]
         if positive_spots and clause.verb in {"leave", "drop", "lose"}:
@@ -182,7 +183,7 @@ class RequestReader:
         self._places(rest, "put", clause)
         return True
 
-    def _is_bare(self, text: str, asks: bool) -> bool:
+    def _is_bare(self, text: str, asks: bool) -> bool:  # noqa: PLR0911 - one rule per return
         """Whether a clause has only things, places and words that say nothing more."""
         if not re.search(r"\b[TP]\d+\b", text):
             return False
@@ -252,9 +253,8 @@ class RequestReader:
         numbers = [int(n) for n in re.findall(r"\bT(\d+)", body)]
         positive = [n for n in numbers if n not in self._negative]
         for number in numbers:
-            if number in self._negative:
-                if not self._excluded(body, number):
-                    self._remove(number)
+            if number in self._negative and not self._excluded(body, number):
+                self._remove(number)
         later = [
             self._things[n].spec for n in positive if self._things[n].head == "noun" and not self._things[n].unknown
         ]
