@@ -4,7 +4,7 @@ from collections.abc import AsyncIterator
 from contextlib import asynccontextmanager
 from pathlib import Path
 
-from attune.core.clock import Clock
+from attune.core.clock import Clock, RealClock
 from attune.core.config import Config
 from attune.core.scene import Scene
 from attune.dialogue.corpus import scene_lexicon
@@ -15,9 +15,10 @@ from attune.dialogue.llm import LlmInterpreter
 
 
 def make_interpreter(config: Config, scene: Scene, clock: Clock) -> GrammarInterpreter | LlmInterpreter:
-    """The interpreter of `dialogue.interpreter`; `auto` takes the language model if `llm.base_url` names one.
+    """The interpreter of `dialogue.interpreter`.
 
-    A `LlmInterpreter` speaks in the neutral style until its `style` is set, and wants to be closed.
+    `auto` takes the language model if `llm.base_url` names one and the clock is real: a network knows no virtual time.
+    A `LlmInterpreter` wants to be closed; it speaks in the neutral style until the bridge gives it the person's.
 
     Args:
         config: Names the interpreter, the lexicon and the endpoint.
@@ -32,7 +33,7 @@ def make_interpreter(config: Config, scene: Scene, clock: Clock) -> GrammarInter
     path = config.dialogue.lexicon
     lexicon = scene_lexicon(scene, load_lexicon(Path(path) if path else None))
     embedded = GrammarInterpreter(lexicon)
-    if kind == "grammar" or (kind == "auto" and not config.llm.base_url):
+    if kind == "grammar" or (kind == "auto" and not (config.llm.base_url and isinstance(clock, RealClock))):
         return embedded
     return LlmInterpreter(config.llm, lexicon, embedded, clock)
 
