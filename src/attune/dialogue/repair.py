@@ -2,6 +2,7 @@
 
 import re
 from dataclasses import replace
+from functools import lru_cache
 
 from attune.core.messages import Utterance
 from attune.dialogue.context import Context
@@ -31,6 +32,7 @@ _LIKE = ("pb", "td", "kg", "fv", "sx", "xj", "mn", "lr", "wv")
 _VOWELS = frozenset("aeiou")
 
 
+@lru_cache(maxsize=4096)
 def sounds(word: str) -> str:
     """A rough phonetic spelling: `bull` and `bowl` come out nearly the same."""
     for pattern, replacement in _RULES:
