@@ -14,7 +14,7 @@ from attune.core.config import Config, SpeechConfig, load_config, with_values
 from attune.core.scene import load_scene
 from attune.dialogue.corpus import domain_sentences
 from attune.evaluation.scenarios import BRING_ME
-from attune.evaluation.speakers import UserAudio, people
+from attune.evaluation.speakers import Speaker, UserAudio, people
 from attune.evaluation.trial import run_trial
 from attune.robots.mujoco.robot import MujocoRobot
 from attune.session.session import Session
@@ -29,49 +29,49 @@ def quiet() -> Config:
 
 
 def stopping() -> dict[str, Any]:
-    """Real time: a person says "stop" while the robot drives; then "carry on", and again."""
+    """Real time: a person says "stop" while the robot drives, then asks again; several voices."""
     clock = RealClock()
     user = UserAudio(clock, people()[0])
-    session = Session(quiet(), clock, audio=user)
-    robot = session.robot
-    assert isinstance(robot, MujocoRobot)
     to_signal: list[float] = []
     to_zero: list[float] = []
     to_command: list[float] = []
     missed = 0
 
-    async def command_after(text: str) -> float:
+    async def command_after(session: Session, text: str) -> float:
         with session.bus.subscribe(COMMAND) as commands:
             said = user.say(text)
             with anyio.move_on_after(said - clock.now() + 6):
                 return (await commands.receive()).time - said
-        return float("nan")
+        return math.nan
 
-    async def moving() -> None:
-        with anyio.move_on_after(120):
+    async def one_stop(session: Session, robot: MujocoRobot, speaker: Speaker) -> None:
+        nonlocal missed
+        to_command.append(await command_after(session, "bring me a cup"))
+        with anyio.move_on_after(60):
             while robot.commanded_speed() < 0.5:
                 await clock.sleep(0.02)
+        await clock.sleep(0.5)
+        signals: list[float] = []
+        forget = session.bus.on(ROBOT_STOP, lambda stop: signals.append(stop.time))
+        ended = user.say("stop", speaker=speaker)
+        with anyio.move_on_after(ended - clock.now() + 5) as limit:
+            while robot.commanded_speed() > 0 or not signals:
+                await clock.sleep(0.002)
+        forget()
+        if limit.cancelled_caught:
+            missed += 1
+        else:
+            to_signal.append(signals[0] - ended)
+            to_zero.append(clock.now() - ended)
+        await clock.sleep(2.5)
 
     async def main() -> None:
-        nonlocal missed
+        session = Session(quiet(), clock, audio=user)
+        assert isinstance(session.robot, MujocoRobot)
         async with session.running():
             await clock.sleep(3)  # the recogniser loads
-            session.bus.on(ROBOT_STOP, lambda stop: signals.append(stop.time))
-            for speaker in (people() * 2)[:STOPS]:
-                signals: list[float] = []
-                to_command.append(await command_after("bring me a cup"))
-                await moving()
-                await clock.sleep(0.5)
-                ended = user.say("stop", speaker=speaker)
-                with anyio.move_on_after(ended - clock.now() + 5) as limit:
-                    while robot.commanded_speed() > 0 or not signals:
-                        await clock.sleep(0.002)
-                if limit.cancelled_caught:
-                    missed += 1
-                else:
-                    to_signal.append(signals[0] - ended)
-                    to_zero.append(clock.now() - ended)
-                await clock.sleep(2.5)
+            for speaker in people()[:STOPS]:
+                await one_stop(session, session.robot, speaker)
 
     run(main, clock)
     return {

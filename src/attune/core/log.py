@@ -43,5 +43,7 @@ def configure_logging(*, level: str = "warning", file: Path | None = None, keep_
 
 
 def get_logger(module: str) -> structlog.typing.FilteringBoundLogger:
-    """The logger of a module; `log.info("what_happened", key=value)`."""
+    """The logger of a module; `log.info("what_happened", key=value)`. Unconfigured, only warnings are written."""
+    if not structlog.is_configured():
+        configure_logging()
     return structlog.get_logger(module=module)  # type: ignore[no-any-return]
