@@ -3,10 +3,14 @@
 import numpy as np
 import pytest
 
-from attune.core.messages import Band
+from attune.core.messages import AgeEstimate, Band
+from attune.speech.age.choice import make_age_estimator
 from attune.speech.age.estimator import AgeEstimator
+from attune.speech.age.hub import ModelNotFoundError
 from attune.speech.age.model_estimator import ModelEstimator
 from attune.speech.age.models import load_age_model
+from attune.speech.age.norms import NormsEstimator
+from attune.speech.age.tracker import AgeTracker
 
 
 class Fixed:
@@ -48,3 +52,17 @@ def test_a_trained_model_serves_as_the_listener_s_estimator(trained, speech: np.
     found = estimator.estimate(speech, ())
     assert len(found.probabilities) == 9
     assert found.band in {"younger", "older", "unknown"}
+
+
+def test_the_configuration_chooses_the_estimator(trained) -> None:  # type: ignore[no-untyped-def]
+    assert make_age_estimator("off") is None
+    assert isinstance(make_age_estimator("norms"), NormsEstimator)
+    assert isinstance(make_age_estimator(str(trained.model)), ModelEstimator)
+    with pytest.raises(ModelNotFoundError, match="no such folder"):
+        make_age_estimator("./nowhere")
+
+
+def test_the_tracker_takes_the_same_first_older_group() -> None:
+    fifties = AgeEstimate(probabilities=tuple(np.eye(9)[4].tolist()))
+    assert AgeTracker("fifties").update(fifties).band == "older"
+    assert AgeTracker().update(fifties).band == "younger"

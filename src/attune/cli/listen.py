@@ -84,7 +84,7 @@ async def _listen(
 ) -> None:
     from attune.core.bus import EVENT, SPEECH_STOP, UTTERANCE, Bus
     from attune.core.codec import to_data
-    from attune.speech.age.norms import NormsEstimator
+    from attune.speech.age.choice import make_age_estimator
     from attune.speech.listener import Listener
 
     def utterance(heard: Utterance) -> None:
@@ -99,11 +99,12 @@ async def _listen(
         if event.kind == "warning":
             typer.echo(f"attune: {source}: {event.text}", err=True)
 
+    age = make_age_estimator(settings.age, settings.older_from)
     bus = Bus()
     bus.on(UTTERANCE, utterance)
     bus.on(SPEECH_STOP, stop)
     bus.on(EVENT, warn)
-    await Listener(bus, clock, audio, (), settings, age=NormsEstimator(), recogniser=recogniser).run()
+    await Listener(bus, clock, audio, (), settings, age=age, recogniser=recogniser).run()
 
 
 def _print(data: dict[str, Any]) -> None:

@@ -13,6 +13,7 @@ from typing import Any, Literal
 from pydantic import BaseModel, ConfigDict, Field, SecretStr, ValidationError
 
 from attune.core.errors import AttuneError
+from attune.core.messages import AgeGroup
 
 FILE_NAME = "attune.toml"
 
@@ -45,6 +46,10 @@ class SpeechConfig(_Section):
     """Longest utterance [s]; it ends there, and what was heard is used."""
     microphone: str = ""
     """Name or number of the input device; "" takes the system's default."""
+    age: str = "norms"
+    """How the speaker's age group is estimated: `norms`, `off`, or the folder or hub name of a trained model."""
+    older_from: AgeGroup = "sixties"
+    """The first age group that counts as older."""
 
 
 class DialogueConfig(_Section):

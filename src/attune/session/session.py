@@ -106,12 +106,12 @@ class Session:
                     return state
 
     def _listener(self, audio: AudioSource) -> Listener:
-        from attune.speech.age.norms import NormsEstimator
+        from attune.speech.age.choice import make_age_estimator
         from attune.speech.listener import Listener
 
-        return Listener(
-            self.bus, self.clock, audio, domain_sentences(self.scene), self.config.speech, age=NormsEstimator()
-        )
+        speech = self.config.speech
+        age = make_age_estimator(speech.age, speech.older_from)
+        return Listener(self.bus, self.clock, audio, domain_sentences(self.scene), speech, age=age)
 
     def _forward_stop(self, signal: m.StopSignal) -> None:
         self.bus.publish(ROBOT_STOP, signal)

@@ -74,7 +74,7 @@ class Listener:
         self._clean = clean
         self._recogniser = recogniser
         self._partial = ""
-        self.speaker_age = AgeTracker()
+        self.speaker_age = AgeTracker(config.older_from)
         """The mean of the last interactions; call its `state` when the person tells their age group."""
 
     async def run(self) -> None:

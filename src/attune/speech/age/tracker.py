@@ -4,8 +4,8 @@ from collections import deque
 
 import numpy as np
 
-from attune.core.messages import AgeEstimate, Band
-from attune.speech.age.groups import probability_older
+from attune.core.messages import AgeEstimate, AgeGroup, Band
+from attune.speech.age.groups import OLDER_FROM, probability_older
 
 _INTERACTIONS = 5
 _BECOMES, _STAYS = 0.65, 0.5
@@ -13,9 +13,14 @@ _BECOMES, _STAYS = 0.65, 0.5
 
 
 class AgeTracker:
-    """The mean of the last five estimates, with hysteresis."""
+    """The mean of the last five estimates, with hysteresis.
 
-    def __init__(self) -> None:
+    Args:
+        older_from: The first group that counts as older.
+    """
+
+    def __init__(self, older_from: AgeGroup = OLDER_FROM) -> None:
+        self._older_from = older_from
         self._estimates: deque[AgeEstimate] = deque(maxlen=_INTERACTIONS)
         self._band: Band = "unknown"
         self._stated: Band = "unknown"
@@ -38,7 +43,7 @@ class AgeTracker:
         mean = self._mean()
         if not mean:
             return AgeEstimate()
-        older = probability_older(mean)
+        older = probability_older(mean, self._older_from)
         shares: dict[Band, float] = {"older": older, "younger": 1 - older}
         if shares.get(self._band, 0.0) < _STAYS:
             self._band = next((band for band, share in shares.items() if share >= _BECOMES), "unknown")
