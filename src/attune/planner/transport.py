@@ -44,6 +44,7 @@ class Transport:
 
         async def body(node: Node) -> None:
             board = self._desk.board
+            self._skills.reconcile()  # A grasp that failed late may hold the object all the same.
             delivery = self._desk.agenda.get(self._goal.delivery)
             board.update(
                 step="set_parameters",
