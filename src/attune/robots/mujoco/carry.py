@@ -41,10 +41,10 @@ def folding_path(world: Imagination, arm: Arm, rng: np.random.Generator, start: 
     return joint_path(world, arm, start, FOLDED[arm], rng)
 
 
-def is_folded(world: Imagination, arm: Arm) -> bool:
-    """Whether the arm is in the folded posture already."""
-    goal = world.kinematics[arm].unwrap(FOLDED[arm], world.arm(arm))
-    return bool(np.max(np.abs(goal - world.arm(arm))) < _SAME)
+def is_folded(world: Imagination, arm: Arm, posture: Array | None = None) -> bool:
+    """Whether a posture, or the one the arm is in, is the folded one."""
+    now = world.arm(arm) if posture is None else posture
+    return bool(np.max(np.abs(world.kinematics[arm].unwrap(FOLDED[arm], now) - now)) < _SAME)
 
 
 def is_carrying(world: Imagination, arm: Arm) -> bool:

@@ -42,10 +42,11 @@ class Footprint:
 
 def footprint(robot: Sequence[Solid]) -> Footprint:
     """Sample the robot's solids (in the base frame), about one point per cell."""
+    filled = [(solid, _filled(solid.outline)) for solid in robot]
     slabs = []
     for low, high in zip(_HEIGHTS[:-1], _HEIGHTS[1:], strict=True):
-        here = [s.outline for s in robot if s.low < high and s.high > low]
-        points = np.concatenate([_filled(outline) for outline in here]) if here else np.zeros((0, 2))
+        here = [points for solid, points in filled if solid.low < high and solid.high > low]
+        points = np.concatenate(here) if here else np.zeros((0, 2))
         slabs.append(np.unique(np.round(points, 2), axis=0))
     return Footprint(tuple(slabs))
 

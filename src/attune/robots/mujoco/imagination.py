@@ -26,6 +26,8 @@ MARGIN = 0.004
 """Kept between the arms and everything else [m]."""
 _FINGER_MARGIN = 0.002
 """The fingers must come near to what they grasp [m]."""
+_TRUNK_MARGIN = 0.006
+"""Kept in addition from the robot's own trunk, also by what it carries [m]."""
 _OBJECT_MARGIN = 0.004
 """Kept in addition from objects, whose places are known only so well [m]."""
 _GIVE = 0.012
@@ -75,6 +77,7 @@ class Imagination:
         m.geom_margin[:] = 0.0
         m.geom_margin[m.geom_contype == contact.OBJECT] = _OBJECT_MARGIN
         m.geom_margin[np.isin(m.geom_contype, tuple(_ARM_BITS.values()))] = MARGIN
+        m.geom_margin[m.geom_contype == contact.TRUNK] = _TRUNK_MARGIN
         fingers = [m.jnt_bodyid[m.joint(joint).id] for arm in ARMS for joint in pr2.FINGER_JOINTS[arm]]
         m.geom_margin[np.isin(m.geom_bodyid, fingers)] = _FINGER_MARGIN
         meets = contact.FURNITURE | contact.OBJECT | contact.TRUNK

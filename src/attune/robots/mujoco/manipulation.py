@@ -30,6 +30,7 @@ from attune.robots.mujoco.world import World
 
 Array = NDArray[np.float64]
 
+_FOLD_TRIES = 3
 _SLOW = 0.5
 """Share of the usual speed near objects."""
 _CLOSING = 2.5
@@ -79,6 +80,7 @@ class Manipulation:
         await self._free_arms(arms)
         chosen = await self._plan_pick(percept, arms)
         plan, arm = chosen.plan, chosen.plan.arm
+        self._motions.forget_way(arm)
         self._world.permit(arm, (percept.name,))
         try:
             await together(self._motions.fingers(arm, pr2.GRIPPER_OPEN), self._motions.bend(arm, chosen.reach))
@@ -150,28 +152,36 @@ class Manipulation:
         world = self._beliefs.imagine()
         if is_folded(world, arm) if held is None else is_carrying(world, arm):
             return
-        free = await self._clock.run_in_thread(lambda: escape_path(world, arm))
-        if free is None:
-            raise Unreachable(f"the posture for driving of the {arm} arm", "it is stuck")
-        start = free[-1]
-        path = await self._clock.run_in_thread(
-            lambda: self._folding(world, arm, start, held.percept if held is not None else None)
-        )
-        if path is None:
+        carried = held.percept if held is not None else None
+        paths = await self._clock.run_in_thread(lambda: self._folding(world, arm, carried))
+        if paths is None and carried is None:
+            back = self._motions.way_back(arm)
+            if is_folded(world, arm, back[-1]):
+                paths = (back, back[-1:])
+        if paths is None:
             raise Unreachable(f"the posture for driving of the {arm} arm", "no free path was found")
-        if len(free) > 1:
-            if held is None:
-                self._world.permit(arm, self._graspable)
-            try:
-                await self._motions.bend(arm, free, _SLOW)
-            finally:
-                self._world.permit(arm, ())
-        await self._motions.bend(arm, path)
-
-    def _folding(self, world: Imagination, arm: Arm, start: Array, carried: Percept | None) -> Array | None:
         if carried is None:
-            return folding_path(world, arm, self._rng, start)
-        return carrying_path(world, arm, start, radius(carried), self._rng)
+            self._world.permit(arm, self._graspable)
+        try:
+            await self._motions.bend(arm, paths[0], _SLOW)
+        finally:
+            self._world.permit(arm, ())
+        await self._motions.bend(arm, paths[1])
+        self._motions.forget_way(arm)
+
+    def _folding(self, world: Imagination, arm: Arm, carried: Percept | None) -> tuple[Array, Array] | None:
+        """A first short move into the open, and the path from there."""
+        out = escape_path(world, arm)
+        if out is None:
+            return None
+        for _ in range(_FOLD_TRIES):
+            if carried is None:
+                path = folding_path(world, arm, self._rng, out[-1])
+            else:
+                path = carrying_path(world, arm, out[-1], radius(carried), self._rng)
+            if path is not None:
+                return out, path
+        return None
 
     async def _free_arms(self, arms: tuple[Arm, ...]) -> None:
         """Fold the arms that may pick, so that plans start from a known, free posture."""

@@ -18,6 +18,8 @@ Array = NDArray[np.float64]
 
 _SHARE = 0.6
 """Share of the joints' highest velocity that motions use."""
+_JOINED = 0.02
+"""A path that begins nearer than this to the end of the last one goes on from it [rad]."""
 _ARM_ACCELERATION = 4.0
 BASE_LIMITS = Limits(np.array([0.5, 0.5, 0.9]), np.array([0.7, 0.7, 1.4]))
 _HEAD = Limits(np.array([2.0, 2.0]), np.array([8.0, 8.0]))
@@ -56,6 +58,7 @@ class Motions:
     def __init__(self, world: World, controller: Controller) -> None:
         self._world = world
         self._controller = controller
+        self._trails: dict[Arm, Array] = {}
 
     def positions(self, joints: Sequence[str]) -> Array:
         """Measured joint positions."""
@@ -77,8 +80,22 @@ class Motions:
     async def bend(self, arm: Arm, path: Array, speed: float = 1.0) -> None:
         """Move an arm along configurations, shape (n, 7), at a share of the usual speed."""
         velocity = np.array([pr2.SERVOS[joint].speed for joint in pr2.ARM_JOINTS[arm]])
+        trail = self._trails.get(arm)
+        joined = trail is not None and float(np.abs(trail[-1] - path[0]).max()) < _JOINED
+        self._trails[arm] = np.concatenate((trail, path[1:])) if trail is not None and joined else path
         limits = Limits(_SHARE * speed * velocity, np.full(7, _ARM_ACCELERATION * speed))
         await self._controller.follow(pr2.ARM_JOINTS[arm], plan_trajectory(path, limits))
+
+    def way_back(self, arm: Arm) -> Array:
+        """The arm's last continuous motions, backwards from where it is now, shape (n, 7)."""
+        now = self.positions(pr2.ARM_JOINTS[arm])
+        trail = self._trails.get(arm, now[None])
+        nearest = int(np.argmin(np.abs(trail - now).max(axis=1)))
+        return np.concatenate((now[None], trail[nearest::-1]))
+
+    def forget_way(self, arm: Arm) -> None:
+        """The arm is in a posture from which every way begins."""
+        self._trails.pop(arm, None)
 
     async def fingers(self, arm: Arm, gap: float) -> None:
         """Open or close the fingers to a gap between the pads [m]."""

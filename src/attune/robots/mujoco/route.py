@@ -23,6 +23,8 @@ _TIGHT = 0.01
 """Around a start or goal that is itself nearer to obstacles than the margin, this much nearer is allowed [m]."""
 _NEARNESS_COST = 2.0
 """Price of driving along an obstacle, relative to driving in the open."""
+_LAYER_COST = np.array([1.5, 1.0, 1.5])
+"""Price of driving in each layer: the robot should turn as soon and as long as it can."""
 _LOOK_FORWARD = 1.2
 """A way longer than this is driven looking forward [m]."""
 _NEIGHBOURS = ((1, 0), (0, 1), (1, 1), (1, -1))
@@ -88,7 +90,7 @@ def _search(costmap: Costmap, layers: NDArray[np.bool_], start: BasePose, goal: 
         here, there = _shifted(i, j)
         both = layers[:, here[0], here[1]] & layers[:, there[0], there[1]]
         mean = (price[here] + price[there]) / 2 * np.hypot(i, j) * RESOLUTION
-        cost = np.broadcast_to(mean, both.shape)
+        cost = mean * _LAYER_COST[:, None, None]
         connect(number[:, here[0], here[1]][both], number[:, there[0], there[1]][both], cost[both])
         connect(number[:, there[0], there[1]][both], number[:, here[0], here[1]][both], cost[both])
     for lower in (0, 1):
