@@ -10,9 +10,13 @@ from attune import __version__
 from attune.cli.demo import demo
 from attune.cli.devices import devices
 from attune.cli.doctor import doctor
+from attune.cli.eval_age import eval_age
+from attune.cli.eval_language import eval_language
 from attune.cli.listen import listen
 from attune.cli.live import live
+from attune.cli.profile import profile_app
 from attune.cli.say import say
+from attune.cli.train_age import train_age
 from attune.cli.understand import understand
 from attune.core.errors import AttuneError
 
@@ -25,9 +29,15 @@ app = typer.Typer(
     context_settings={"help_option_names": ["-h", "--help"]},
 )
 
-COMMANDS: tuple[Callable[..., Any], ...] = (demo, live, say, understand, listen, devices, doctor)
+COMMANDS: tuple[Callable[..., Any], ...] = (demo, live, say, understand, listen, devices, doctor, train_age)
 for command in COMMANDS:
     app.command()(command)
+
+eval_app = typer.Typer(name="eval", help="Measure: one command per module, each with a report.", no_args_is_help=True)
+eval_app.command(name="language")(eval_language)
+eval_app.command(name="age")(eval_age)
+app.add_typer(eval_app)
+app.add_typer(profile_app, name="profile")
 
 
 @app.callback(invoke_without_command=True)
