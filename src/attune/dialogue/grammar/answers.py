@@ -34,6 +34,9 @@ _ORDINAL = re.compile(
 _ORDINALS = {"first": 0, "former": 0, "one": 0, "second": 1, "two": 1, "latter": -1, "last": -1}
 
 
+_TWO = 2
+
+
 @dataclass(frozen=True, slots=True)
 class Question:
     """What the robot asked.
@@ -138,6 +141,10 @@ def read_answer(text: str, sentence: Sentence, question: Question, context: Cont
         return _chosen(options)
     if _ANY.search(text) and len(text.split()) <= 10:
         return _chosen(options[:1])
+    refused = re.fullmatch(r"(?:no |, |well )*not T(\d+)(?: please| ,)*", text)
+    if refused and len(options) == _TWO:
+        unwanted = _pick(sentence.things[int(refused[1])], int(refused[1]), f"T{refused[1]}", sentence, options)
+        return _chosen(tuple(option for option in options if option != unwanted)) if unwanted else None
     chosen = [
         option
         for number, thing in enumerate(sentence.things)

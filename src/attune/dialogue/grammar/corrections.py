@@ -98,8 +98,15 @@ def _corrected_spot(first: Spot, second: Spot) -> Spot:
 
 def _described(first: Thing, second: Thing) -> Thing | None:
     """One thing that is described twice, or None if these are two."""
-    noun, other = (first, second) if first.head == "noun" else (second, first)
-    if noun.head != "noun" or other.head == "noun" or second.another or second.other or second.ordinal:
+    pointing = first.head == "one" and second.head == "bare"
+    noun, other = (first, second) if first.head == "noun" or pointing else (second, first)
+    if (
+        (noun.head != "noun" and not pointing)
+        or other.head == "noun"
+        or second.another
+        or second.other
+        or second.ordinal
+    ):
         return None
     if (noun.spec.color and other.spec.color) or (noun.spec.size and other.spec.size):
         return None

@@ -129,7 +129,7 @@ TERSE_WISH = re.compile(
 )
 PRAISE = re.compile(
     rf"({T}(?: (?:and|,|or) {T})*(?: {P})?)(?: too| also| as well)? (?:would|will|might|should)(?: really| also)? "
-    r"(?:be (?:\w+ )?(?:nice|great|lovely|good|perfect|wonderful|fine|brilliant|fantastic|super|handy|useful|"
+    r"(?:be (?:\w+ )?(?:nicer|preferable|nice|great|lovely|good|perfect|wonderful|fine|brilliant|fantastic|super|handy|useful|"
     r"excellent|"
     r"amazing|appreciated|ideal|better|best|welcome|helpful|marvellous|cool|grand|needed|awesome|enough)|"
     r"do(?: nicely| fine)?|"
@@ -158,14 +158,14 @@ NEVER_BEFORE_VERB = words(
     "made make told asked said which what how when where if than as because about into just's one's us' s"
 )
 ADDITIVE = re.compile(
-    r"\b(?:too|as well|also|another|one more|two more|more|in addition|additionally|on top of that|extra|besides|"
+    r"\b(?:too(?! T\d| \w+ing|\b \w+ ,)(?! much)|as well|also|another|one more|two more|more|in addition|additionally|on top of that|extra|besides|"
     r"plus|"
     r"while you are (?:at it|there|up|about it)|at the same time|along with|together with|aswell|additional)\b|"
     r"^(?:oh |, )*and\b"
 )
 CORRECTION = re.compile(
     r"\b(?:instead|rather|prefer|wrong|i mean|i meant|i said|i wanted|i asked for|i was asking for|i had asked for|"
-    r"i did ask for|make (?:it|that)|change (?:it|that) (?:to|for|into)|change of plans?|changed? my mind|different|"
+    r"i did ask for|make (?:it|that)|change (?:it|that) (?:to|for|into)|change of plans?|changed? my mind|different|nicer|preferable|too T\d+|"
     r"on second thoughts?|actually|better|after all|not what i|misunderst\w+|mistake|not that one|not this one|"
     r"not that|"
     r"turn it into|(?:swap|exchange|replace|switch|trade) (?:it|that|this|them)|what i meant|i ordered|"

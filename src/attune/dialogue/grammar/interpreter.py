@@ -27,6 +27,7 @@ NOTHING_KNOWN = Context()
 _KEPT_LEXICONS = 32
 _LONGEST_FRAGMENT = 12
 _INSTRUCTIONS = frozenset({"bring_me", "replace_object", "change_location", "setting_breakfast"})
+_GIVES_UP = re.compile(r"(?:\w+ )*?(?:cancel|forget|scrap|scratch|never ?mind|drop|call)\b")
 _CUT_OFF = re.compile(
     r"\bT\d+ (?:(?:to|and|or|from|into|onto)(?: the| a| my)?|(?:on|in|of|with|at) (?:the|a|my))[ .,]*$"
 )
@@ -82,6 +83,7 @@ class GrammarInterpreter:
         if meaning and (meaning.intent in _INSTRUCTIONS or meaning.intent in {"carry_on", "put_back"}):
             if meaning.intent in {"bring_me", "replace_object", "change_location"} and meaning.confidence < 0.5:
                 return Interpretation(intent="stop", confidence=0.9, reason=f"says {words!r}")
+            meaning = _instead(meaning, after, context, said) if _GIVES_UP.match(words) else meaning
             return replace(meaning, reason=f"{words!r}, then {meaning.reason}")
         return Interpretation(intent="stop", confidence=0.95, reason=f"says {words!r}")
 
@@ -100,7 +102,8 @@ class GrammarInterpreter:
     ) -> Interpretation:  # fmt: skip
         if context.pending_question:
             question = read_question(context.pending_question, context, reader)
-            answer = read_answer(text, sentence, question, context)
+            settled, answered, _ = settle(sentence, frames.without_asides(text))
+            answer = read_answer(answered or text, settled, question, context)
             if answer is not None:
                 return answer
         if _CUT_OFF.search(text):
@@ -162,6 +165,14 @@ class GrammarInterpreter:
                 self._extended.popitem(last=False)
         self._extended.move_to_end(key)
         return self._extended[key]
+
+
+def _instead(meaning: Interpretation, text: str, context: Context, said: tuple[ObjectSpec, ...]) -> Interpretation:
+    """ "Cancel that, I'll have juice": what the robot was about is given up for what is wanted now."""
+    if meaning.intent != "bring_me" or context.task is None or frames.ADDITIVE.search(text):
+        return meaning
+    old = object_spoken_of(context, meaning.add[0], said)
+    return replace(meaning, intent="replace_object", remove=(old,)) if old and old not in meaning.add else meaning
 
 
 def _breaks_off(words: Sequence[str]) -> bool:

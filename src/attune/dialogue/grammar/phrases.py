@@ -251,7 +251,7 @@ class PhraseReader:
                 draft.other = draft.other or word in {"other", "different"}
                 draft.different = draft.different or word == "different"
                 draft.ordinal = _ORDINALS.get(word, draft.ordinal)
-                draft.another = draft.another or word == "more"
+                draft.another = draft.another or word in {"more", "same"}
                 at += 1
             elif word in _ORDINALS:
                 draft.ordinal = _ORDINALS[word]

@@ -112,7 +112,7 @@ YES = re.compile(
     r"please do|please|go ahead|do that|do it|exactly|"
     r"correct|absolutely|definitely|certainly|indeed|sounds? (?:good|great|fine|lovely)|"
     r"that (?:is|would be|sounds) (?:right|fine|good|great|lovely|perfect|nice|correct|okay|wonderful)|"
-    r"(?:would be|is) fine|i do|i did|why not|good idea|perfect|by all means|affirmative|very well|great|fine|"
+    r"(?:would be|is) fine|i do|i did|why not|go on|that is what i (?:said|meant|want|wanted)|i said that|good idea|perfect|by all means|affirmative|very well|great|fine|"
     r"that one|that is (?:the one|it)|"
     r"thank you|thanks|i would|i would like that|i would love that|please yes|you may|oh|and|then|that|with me|"
     r"by me|it is|they are|if you (?:could|would|like|want|must)|lovely|good|robot|well|would you|,|\.|do|so|"

@@ -57,7 +57,7 @@ FILLER = words(
     "perhaps some more just only here over to"
     "hey hello hi right there good morning evening afternoon well make it that a an the or quickly , . ? plus "
     "additionally "
-    "was asked asking said wanted had one quick fast asap kindly nope rather will do like my be so dear "
+    "was asked asking said wanted had one quick fast asap kindly nope rather will do  my be so dear "
     "love mate buddy pal do is change plan plans of mind on second thought thoughts better wrong ah aha "
     "this way from with at once immediately straight away soon second thoughts changed  correction "
     "oops    sir madam yet another time next first after all in addition coming up prefer "
@@ -361,7 +361,11 @@ class RequestReader:
             return False
         if thing.head == "noun" and (thing.other or thing.compared):
             spec = resolve(replace(thing, head="one"), self._narrowed(spec), (), self._said) or spec
+        if thing.count == 1 and (thing.definite or not thing.article) and spec in self._wanted.add:
+            return True  # "the green cup, get me the green cup"
         self._nouns.append(spec)
+        if thing.head != "noun" and thing.definite and clause.kind in {"wish", "plain"} and spec.color + spec.size:
+            self._wanted.indirect = True  # "I want the blue one"
         self._wanted.indirect = (
             self._wanted.indirect or thing.compared or thing.different or (thing.other and clause.kind == "plain")
         )

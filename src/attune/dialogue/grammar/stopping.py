@@ -33,15 +33,13 @@ _GERUNDS = (
 STOP_WORD = re.compile(r"\b(?:stop|halt|freeze|abort|cease|whoa|woah|stopp|desist)\b")
 _STOP_EXCLUDED_BEFORE = re.compile(
     r"(?:\b(?:bus|tram|train|next|last|full|pit|non|a|the|this|my|our|first|truck|whistle|metro|subway|rest|"
-    r"never|not|did|does|without|he|she|they|we|i|it|who|always|could|would|will|rain|ever|people|kids|him|her|"
-    r"them|us|"
+    r"never|not|did|does|without|he|she|they|we|i|it|who|always|rain|ever|people|kids|him|her|them|us|"
     r"someone|everyone|somebody|deep|coffee|pee|quick|short)"
-    r"|(?:why|when|where|how|if|until|unless|did|do|does|before|after|whenever|once|saw|made|make|help) (?:you|it|"
-    r"that)"
-    r"|(?<!you )(?<!have )(?<!need )(?<!said )(?<!had )to"
+    r"|(?<!you )\b(?:could|would|will)"
+    r"|\b(?:why|when|where|how|if|until|unless|before|after|whenever|once) (?:you|it|that)|\b(?:did|do|does) (?:you|it)"
+    r"|(?<!you )(?<!have )(?<!need )(?<!said )(?<!had )(?<!must )(?<!ought )(?<!got )to"
     r"|(?:tell|told|ask|asked|want|wants|wanted|get|got|begged) (?!you )\w+ to"
-    r"|(?:he|she|they|mum|mom|dad|people|doctor|the|my) \w* ?(?:said|says|told me|tells me|wants me|"
-    r"asked me)(?: to)?)$"
+    r"|(?:he|she|they|mum|mom|dad|people|doctor|the|my) \w* ?(?:said|says|told me|tells me|wants me|asked me)(?: to)?)$"
 )
 _STOP_EXCLUDED_AFTER = re.compile(
     rf"^ (?:(?!{_GERUNDS}\b)\w+ing\b(?! please)|by\b(?! P\d)|sign\b|light\b|watch\b|over\b|and smell|at the \w+\b|"
@@ -77,7 +75,7 @@ _GIVE_UP = re.compile(
     r"what you are doing))?|"
     r"leave it(?: (?:be|alone|there|now|then|for now|at that|please|all))?|leave (?:that|this|"
     r"everything)(?: (?:be|alone))?|drop (?:it|that)|scrap (?:it|that|everything|the whole thing)|scratch that|"
-    r"call it off|"
+    r"call (?:it|that|this|the whole thing|everything|the thing) off|call it off|"
     r"knock it off|cut it out|cut that out|give it a rest|give (?:it )?up|quit(?: it| that)?|pack it in|"
     r"(?:okay )?(?:that is|that will be|that has been|it is|i have had|this is)? ?(?:quite |more than |"
     r"really )?enough(?: (?:now|already|for now|for today|of (?:this|that|it)))*|"
