@@ -22,6 +22,7 @@ from attune.robots.interface import (
     ARMS,
     Arm,
     BasePose,
+    Collision,
     GripperFull,
     LookTarget,
     ObjectLost,
@@ -154,8 +155,8 @@ class SymbolicRobot(Robot):
     def fail_next(self, action: Action, failure: RobotFailure, times: int = 1) -> None:
         """Let the next `times` calls of an action fail, at the moment at which a real one would.
 
-        A `PlacementFailed` leaves the object beside the wanted spot; an `ObjectLost` drops it where the robot stands
-        at the surface.
+        A `Collision` in a pick comes when the object is lifted: it is held. A `PlacementFailed` leaves the object
+        beside the wanted spot, and an `ObjectLost` drops it on that surface.
         """
         self._faults.setdefault(action, []).extend([failure] * times)
 
@@ -267,15 +268,18 @@ class SymbolicRobot(Robot):
         if thing is None or thing.held_by or math.dist(thing.position, percept.pose.position) > 0.03:
             raise ObjectNotThere(percept.name)
         await self._spend(0.4, atomic=True)
-        if fault:
+        if fault and not isinstance(fault, Collision):
             raise fault
         self._things[thing.name] = replace(thing, surface="", held_by=hand)
         await self._spend(1.0)
+        if fault:
+            raise fault
         return hand
 
     async def place(self, arm: Arm, position: Point) -> None:
         """Reach (2 s), open the fingers (0.4 s, shielded), draw back (0.6 s)."""
-        name = self._held(arm)
+        if (name := self._holding().get(arm)) is None:
+            raise ObjectLost("what was held", arm)
         fault = self._fault("place")
         self._check_reach(name, position)
         self.arms_parked = False
@@ -352,11 +356,6 @@ class SymbolicRobot(Robot):
 
     def _holding(self) -> dict[Arm, str]:
         return {thing.held_by: thing.name for thing in tuple(self._things.values()) if thing.held_by}
-
-    def _held(self, arm: Arm) -> str:
-        if name := self._holding().get(arm):
-            return name
-        raise ObjectLost("what was held", arm)
 
     def _fault(self, action: Action) -> RobotFailure | None:
         faults = self._faults.get(action)
