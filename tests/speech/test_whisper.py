@@ -1,0 +1,196 @@
+"""The Whisper recogniser on a real CTranslate2 model that these tests build.
+
+The model has Whisper's form, quantised to int8, but it does not hear: its encoder and its attention are random, and its
+decoder is a chain of words (after "bring" comes "me", after "the" "red" or, less likely, "blue"). So everything about
+the text is known beforehand, and what is tested is everything around the weights.
+"""
+
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import pytest
+from hypothesis import given
+from hypothesis import strategies as st
+
+from attune.speech.audio import Samples
+from attune.speech.domain_fit import DomainFit
+from attune.speech.whisper import WhisperRecogniser, hot_words, plain
+from attune.speech.whisper_weights import WhisperWeightsError, cached_weights, fetch_weights
+
+pytest.importorskip("faster_whisper", reason="the extra `whisper` is not installed")
+
+CHAIN = [("<|notimestamps|>", " Bring"), (" Bring", " me"), (" me", " the"), (" the", " red"), (" the", " blue"),
+         (" red", " cup"), (" blue", " cup"), (" cup", "."), (".", "<|endoftext|>")]  # fmt: skip
+WORDS = ["Bring", "me", "the", "red", "blue", "cup", "stop", "from", "table"]
+SPECIAL = ["<|endoftext|>", "<|startoftranscript|>", "<|translate|>", "<|transcribe|>", "<|startoflm|>",
+           "<|startofprev|>", "<|nocaptions|>", "<|notimestamps|>"]  # fmt: skip
+WIDTH = 128
+SENTENCES = ["bring me the red cup", "bring me the blue cup", "stop", "bring me a cup from the table"]
+
+
+def build(folder: Path) -> None:
+    """Write tokenizer, vocabulary and int8 weights, as the converters of CTranslate2 do."""
+    from ctranslate2.specs.whisper_spec import WhisperSpec
+    from tokenizers import Tokenizer, decoders, models, pre_tokenizers, trainers
+
+    tokenizer = Tokenizer(models.BPE())
+    tokenizer.pre_tokenizer = pre_tokenizers.ByteLevel(add_prefix_space=False)
+    tokenizer.decoder = decoders.ByteLevel()
+    alphabet = pre_tokenizers.ByteLevel.alphabet()
+    trainer = trainers.BpeTrainer(vocab_size=320, initial_alphabet=alphabet, show_progress=False)
+    tokenizer.train_from_iterator([" " + " ".join(WORDS) + "."] * 10, trainer)
+    tokenizer.add_special_tokens(SPECIAL)
+    tokens = [tokenizer.id_to_token(index) for index in range(tokenizer.get_vocab_size())]
+    ids = {tokenizer.decode([index], skip_special_tokens=False): index for index in range(len(tokens))}
+    tokens += [f"<|{0.02 * index:.2f}|>" for index in range(1501)]
+
+    random = np.random.default_rng(0)
+
+    def weights(*shape: int) -> Any:
+        return random.normal(0, 0.3, shape).astype(np.float32)
+
+    spec = WhisperSpec(1, 2, 1, 2)
+    embeddings = weights(len(tokens), WIDTH)
+    projection = np.zeros_like(embeddings)
+    for before, after in CHAIN:
+        unit = embeddings[ids[before]] / np.linalg.norm(embeddings[ids[before]])
+        projection[ids[after]] += (1.9 if after == " blue" else 2.0) * unit
+    for part in (spec.encoder, spec.decoder):
+        part.layer_norm.gamma, part.layer_norm.beta = np.ones(WIDTH, np.float32), np.zeros(WIDTH, np.float32)
+        layer = part.layer[0]
+        attentions = [layer.self_attention, *([layer.attention] if part is spec.decoder else [])]
+        for block in [*attentions, layer.ffn]:
+            block.layer_norm.gamma, block.layer_norm.beta = np.ones(WIDTH, np.float32), np.zeros(WIDTH, np.float32)
+        # Zeros where a block writes to the decoder's state: the chain of words stays what it is.
+        for attention in attentions:
+            sizes = {2: (3 * WIDTH, WIDTH), 3: (WIDTH, 2 * WIDTH, WIDTH)}[len(attention.linear)]
+            for linear, size in zip(attention.linear, sizes, strict=True):
+                last = linear is attention.linear[-1] and part is spec.decoder
+                linear.weight = np.zeros((size, WIDTH), np.float32) if last else weights(size, WIDTH)
+                linear.bias = np.zeros(size, np.float32)
+        layer.ffn.linear_0.weight, layer.ffn.linear_0.bias = weights(256, WIDTH), np.zeros(256, np.float32)
+        layer.ffn.linear_1.weight, layer.ffn.linear_1.bias = np.zeros((WIDTH, 256), np.float32), weights(WIDTH) * 0
+    for convolution, inputs in ((spec.encoder.conv1, 80), (spec.encoder.conv2, WIDTH)):
+        convolution.weight, convolution.bias = weights(WIDTH, inputs, 3), np.zeros(WIDTH, np.float32)
+    spec.encoder.position_encodings.encodings = weights(1500, WIDTH)
+    spec.decoder.position_encodings.encodings = np.zeros((448, WIDTH), np.float32)
+    spec.decoder.embeddings.weight = embeddings
+    spec.decoder.projection.weight = projection
+    spec.config.suppress_ids, spec.config.suppress_ids_begin = [], []
+    spec.config.alignment_heads = [(0, 0), (0, 1)]
+    spec.register_vocabulary(tokens)
+    spec.validate()
+    spec.optimize(quantization="int8")
+    folder.mkdir()
+    spec.save(str(folder))
+    tokenizer.save(str(folder / "tokenizer.json"))
+
+
+@pytest.fixture(scope="module")
+def weights(tmp_path_factory: pytest.TempPathFactory) -> Path:
+    folder = tmp_path_factory.mktemp("weights") / "tiny.en"
+    build(folder)
+    return folder
+
+
+@pytest.fixture(scope="module")
+def recogniser(weights: Path) -> WhisperRecogniser:
+    return WhisperRecogniser(weights, SENTENCES, threads=1)
+
+
+def sound(seconds: float) -> Samples:
+    return (0.1 * np.random.default_rng(1).standard_normal(int(16000 * seconds))).astype(np.float32)
+
+
+def test_the_transcript_has_text_alternatives_confidence_and_word_times(recogniser: WhisperRecogniser) -> None:
+    recogniser.start()
+    for _ in range(20):
+        recogniser.accept(sound(0.1))
+    heard = recogniser.finish()
+    assert heard.text == "bring me the red cup"
+    assert heard.alternatives[0] == "bring me the blue cup"
+    assert heard.text not in heard.alternatives
+    assert 0.3 < heard.confidence < 1
+    assert heard.in_domain
+    assert [word.text for word in heard.words] == ["bring", "me", "the", "red", "cup"]
+    times = [time for word in heard.words for time in (word.start, word.end)]
+    assert times == sorted(times)
+    assert 0 <= times[0] <= times[-1] <= 2.0
+
+
+def test_partial_results_follow_the_sound_at_a_bounded_rate(weights: Path) -> None:
+    recogniser = WhisperRecogniser(weights, SENTENCES, threads=1)
+    recogniser.start()
+    assert recogniser.partial() == ""
+    recogniser.accept(sound(0.1))
+    assert recogniser.partial() == ""
+    recogniser.accept(sound(20.0))
+    assert recogniser.partial() == "bring me the red cup"
+    recogniser.start()
+    assert recogniser.partial() == ""
+
+
+def test_an_utterance_longer_than_the_window_is_heard_in_parts(recogniser: WhisperRecogniser) -> None:
+    recogniser.start()
+    recogniser.accept(sound(31.0))
+    heard = recogniser.finish()
+    assert heard.text == "bring me the red cup bring me the red cup"
+    assert heard.words[-1].end <= 31.0
+    assert heard.words[5].start >= 30.0
+
+
+def test_nothing_heard_is_an_empty_result(recogniser: WhisperRecogniser) -> None:
+    recogniser.start()
+    heard = recogniser.finish()
+    assert (heard.text, heard.words, heard.confidence, heard.in_domain) == ("", (), 0.0, False)
+
+
+def test_the_recogniser_says_what_it_is(recogniser: WhisperRecogniser) -> None:
+    assert recogniser.name == "Whisper (tiny.en), int8 on the processor"
+
+
+def test_hot_words_are_the_domain_s_frequent_longer_words() -> None:
+    assert hot_words(SENTENCES)[0] == "bring"
+    assert "me" not in hot_words(SENTENCES)
+
+
+def test_talk_about_something_else_is_told_from_the_domain_by_its_words() -> None:
+    fit = DomainFit(SENTENCES * 20)
+    assert fit.contains("bring me the cup")
+    assert not fit.contains("the weather forecast says it will rain tomorrow")
+    assert not fit.contains("")
+    assert fit.fit("bring me the red cup") > fit.fit("cup red the me bring")
+
+
+@pytest.mark.parametrize(("written", "said"), [
+    (" Bring me 2 cups, please!", "bring me two cups please"),
+    ("I\N{RIGHT SINGLE QUOTATION MARK}d like the coffee-mug.", "i'd like the coffee mug"),
+    ("[MUSIC] (laughs) Stop.", "stop"),
+    ("'cause I said 'stop'", "cause i said stop"),
+    ("", ""),
+])  # fmt: skip
+def test_a_transcript_is_written_as_the_other_recognisers_write_it(written: str, said: str) -> None:
+    assert plain(written) == said
+
+
+@given(st.text())
+def test_plain_text_is_plain_already(text: str) -> None:
+    assert plain(plain(text)) == plain(text)
+
+
+def test_weights_in_a_folder_are_used_as_they_are(weights: Path) -> None:
+    assert cached_weights(str(weights)) == fetch_weights(str(weights)) == weights
+
+
+def test_weights_that_are_not_here_are_one_clear_error(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    from huggingface_hub import constants
+
+    monkeypatch.setattr(constants, "HF_HUB_CACHE", str(tmp_path))
+    monkeypatch.setattr(constants, "HF_HUB_OFFLINE", True)
+    assert cached_weights("nobody/has-this-model") is None
+    for model in ("nobody/has-this-model", str(tmp_path / "none"), str(tmp_path)):
+        with pytest.raises(WhisperWeightsError, match="cannot be had") as failure:
+            fetch_weights(model)
+        assert "speech.asr" in failure.value.remedy
+        assert "\n" not in str(failure.value)
