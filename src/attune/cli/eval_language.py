@@ -60,7 +60,7 @@ def eval_language(
     }  # fmt: skip
     items = benchmark_items(parts[part], sample)
     scene = load_scene(Path(settings.robot.scene) if settings.robot.scene else None)
-    name = "embedded" if interpreter is InterpreterChoice.GRAMMAR else settings.llm.model
+    model = settings.llm.model if interpreter is InterpreterChoice.LLM else ""
     clock = RealClock()
 
     async def ask_all() -> LanguageReport:
@@ -76,10 +76,10 @@ def eval_language(
                     data = "\n".join(lines).encode()
                     await interpret_lines(data, chosen, lambda line: receive(json.loads(line)))
 
-                together = at_once if interpreter is InterpreterChoice.LLM else 1
                 return await evaluate(
-                    name, items, respond, clock, at_once=together, on_progress=lambda: bars.advance(bar)
-                )
+                    model or "embedded", items, respond, clock,
+                    model=model, at_once=at_once if model else 1, on_progress=lambda: bars.advance(bar),
+                )  # fmt: skip
 
     report = run(ask_all, clock)
     text, data = report.to_markdown(), json.dumps(report.to_data(), indent=2)
@@ -92,5 +92,8 @@ def eval_language(
     if as_json:
         typer.echo(data)
     else:
-        Console().print(Markdown(text.split("\n## Errors")[0]))
+        console = Console()
+        # The table is wide: cut it for nobody who reads it from a file.
+        wide = console if console.is_terminal else Console(width=max(console.width, 112))
+        wide.print(Markdown(text.split("\n## Errors")[0]))
         typer.echo(f"{len(report.errors)} errors are listed in {out / 'language.md'}.")

@@ -19,11 +19,18 @@ class LanguageReport:
     """All answers of one interpreter.
 
     Attributes:
-        interpreter: Its name, with the model where there is one.
+        interpreter: Its name.
+        model: The language model behind it; "" for the embedded interpreter.
     """
 
     interpreter: str
     answers: tuple[Answer, ...]
+    model: str = ""
+
+    @property
+    def by_model(self) -> int:
+        """Answers of the language model itself. Stops, and what it did not answer, are the embedded interpreter's."""
+        return sum(f"language model {self.model}" in answer.note for answer in self.answers) if self.model else 0
 
     def part(self, name: str) -> tuple[Answer, ...]:
         """The answers to one part of the benchmark."""
@@ -38,6 +45,7 @@ class LanguageReport:
         """Everything, as JSON can hold it."""
         return {
             "interpreter": self.interpreter,
+            "answered_by_language_model": self.by_model,
             "paper": [{"model": model, "percent": list(values)} for model, values in PAPER_ROWS],
             "parts": {name: _part_data(self.part(name)) for name in ("paper", "hard") if self.part(name)},
             "errors": [_error_data(answer) for answer in self.errors],
@@ -46,6 +54,9 @@ class LanguageReport:
     def to_markdown(self) -> str:
         """For people."""
         lines = [f"# Language benchmark: {self.interpreter}", ""]
+        if self.model:
+            rest = "the rest by the embedded interpreter, which decides about stopping and stands in for the model"
+            lines += [f"Answered by the model itself: {self.by_model} of {len(self.answers)}; {rest}.", ""]
         if paper := self.part("paper"):
             lines += [
                 f"## The paper's recipe: {len(paper)} instructions",

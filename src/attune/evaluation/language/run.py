@@ -39,6 +39,7 @@ async def evaluate(
     respond: Respond,
     clock: Clock,
     *,
+    model: str = "",
     at_once: int = 1,
     on_progress: Callable[[], None] = lambda: None,
 ) -> LanguageReport:
@@ -49,6 +50,7 @@ async def evaluate(
         items: What to ask it.
         respond: How to ask it.
         clock: Times the answers.
+        model: The language model behind it, if there is one.
         at_once: How many items may be under way at the same time.
         on_progress: Called after each item.
     """
@@ -70,7 +72,7 @@ async def evaluate(
     async with anyio.create_task_group() as tasks:
         for first in range(min(at_once, len(items))):
             tasks.start_soon(ask, range(first, len(items), at_once))
-    return LanguageReport(interpreter, tuple(answer for answer in answers if answer is not None))
+    return LanguageReport(interpreter, tuple(answer for answer in answers if answer is not None), model)
 
 
 def _answer(item: Item, line: dict[str, Any], seconds: float) -> Answer:
