@@ -64,6 +64,7 @@ async def _live(config: Config, listen: bool, age: AgeBand | None) -> None:
     from attune.cli.view import TerminalView
     from attune.core.clock import RealClock
     from attune.core.messages import AgeEstimate
+    from attune.dialogue.profiles import ProfileStore
     from attune.session.remote import default_socket, serve
     from attune.session.session import Session
 
@@ -72,7 +73,8 @@ async def _live(config: Config, listen: bool, age: AgeBand | None) -> None:
     with patch_stdout(raw=True):
         console = Console(force_terminal=interactive or None)
         console.print("Waking the robot …")
-        session = Session(config, clock, audio=_microphone(config, console) if listen else None)
+        audio = _microphone(config, console) if listen else None
+        session = Session(config, clock, audio=audio, profiles=ProfileStore())
         view = TerminalView(session.bus, console)
         known = AgeEstimate(band=age.value, confidence=1.0, source="stated") if age else AgeEstimate()
         async with session.running(), anyio.create_task_group() as group:

@@ -18,7 +18,10 @@ from attune.core.events import Event
 from attune.core.log import get_logger
 from attune.core.scene import Scene, load_scene
 from attune.dialogue.bridge import DialogueBridge
+from attune.dialogue.choice import make_interpreter
 from attune.dialogue.corpus import domain_sentences
+from attune.dialogue.llm import LlmInterpreter
+from attune.dialogue.profiles import ProfileStore
 from attune.planner.planner import Planner
 from attune.robots.interface import Robot
 from attune.voice.voice import Voice
@@ -40,6 +43,7 @@ class Session:
         audio: Where speech comes from; None for typed text only.
         scene: The kitchen; None reads the one the configuration names.
         robot: The robot; None makes the one the configuration names.
+        profiles: What is remembered about people who agreed to it; None remembers nothing.
 
     Raises:
         AttuneError: The scene, a model or a device is wrong or missing.
@@ -53,6 +57,7 @@ class Session:
         audio: AudioSource | None = None,
         scene: Scene | None = None,
         robot: Robot | None = None,
+        profiles: ProfileStore | None = None,
     ) -> None:
         self.config = config
         self.clock = clock
@@ -60,7 +65,8 @@ class Session:
         self.scene = scene or load_scene(Path(config.robot.scene) if config.robot.scene else None)
         self.robot = robot or make_robot(config, self.scene, clock)
         self.planner = Planner(self.bus, clock, self.scene, self.robot, config.planner)
-        self.dialogue = DialogueBridge(self.bus, clock, self.scene, config.dialogue)
+        self._interpreter = make_interpreter(config, self.scene, clock)
+        self.dialogue = DialogueBridge(self.bus, clock, self.scene, config.dialogue, self._interpreter, profiles)
         self.voice = Voice(self.bus, clock, config.voice)
         self._audio = audio
         self.bus.on(SPEECH_STOP, self._forward_stop)
@@ -82,6 +88,9 @@ class Session:
             finally:
                 self._event("session_ended")
                 group.cancel_scope.cancel()
+                if isinstance(self._interpreter, LlmInterpreter):
+                    with anyio.CancelScope(shield=True):
+                        await self._interpreter.close()
 
     def say(self, text: str, age: m.AgeEstimate = m.AgeEstimate()) -> m.Utterance:
         """Hear a typed utterance, as if it had been spoken clearly."""
