@@ -13,7 +13,6 @@ import numpy as np
 from numpy.typing import NDArray
 
 from attune.robots.interface import Arm
-from attune.robots.mujoco import pr2
 from attune.robots.mujoco.arm_paths import joint_path
 from attune.robots.mujoco.carry import folding_path
 from attune.robots.mujoco.frames import Frame
@@ -26,6 +25,8 @@ Array = NDArray[np.float64]
 
 WAYPOINTS = 24
 """Of the handle's way."""
+HANDLE_GAP = 0.045
+"""To which the fingers open around a handle: wider, they would touch the front behind it [m]."""
 _APPROACH = 0.09
 _BEGINNINGS = (0.0, 0.4, -0.4, 0.8, -0.8)
 """Turns of the hand about the bar at the beginning [rad]."""
@@ -157,8 +158,8 @@ def _complete(
     rng: np.random.Generator,
 ) -> Arc | None:
     """Add the ways to the handle and back from it."""
-    world.set_gripper(arm, pr2.GRIPPER_OPEN)
-    parts = []
+    world.set_gripper(arm, HANDLE_GAP)
+    parts: list[Array] = []
     for position, q, hand in ((span[0], swing[0], way[0]), (span[1], swing[-1], way[-1])):
         world.set_joint(joint_name(container), position)
         back = Frame(hand.position - _APPROACH * hand.rotation[:, 0], hand.rotation)

@@ -187,7 +187,7 @@ def _shortcut(edge: Edge, points: list[Array], rng: np.random.Generator) -> Arra
         i, j = sorted(rng.choice(len(points), size=2, replace=False))
         if j - i > 1 and edge(points[i], points[j]) is not None:
             points = points[: i + 1] + points[j:]
-    pieces = []
+    pieces: list[Array] = []
     for a, b in zip(points[:-1], points[1:], strict=True):
         line = edge(a, b)
         if line is None:

@@ -2,7 +2,6 @@
 
 from collections.abc import Iterable
 from dataclasses import dataclass
-from typing import cast
 
 import numpy as np
 from numpy.typing import NDArray
@@ -29,7 +28,7 @@ class Held:
     def upright(self) -> Array:
         """The object's rotation as it stood before, without its turn about the vertical, shape (3, 3)."""
         stood = frame_of(self.percept.pose).rotation
-        return cast("Array", rotation(2, -np.arctan2(stood[1, 0], stood[0, 0])) @ stood)
+        return rotation(2, -np.arctan2(stood[1, 0], stood[0, 0])) @ stood
 
 
 class Beliefs:

@@ -7,7 +7,7 @@ from attune.core.clock import Clock
 from attune.core.furniture import Container
 from attune.robots.interface import Arm, Collision, ContainerStuck, Unreachable
 from attune.robots.mujoco import pr2
-from attune.robots.mujoco.arcs import Arc, find_arcs, handle_ways
+from attune.robots.mujoco.arcs import HANDLE_GAP, Arc, find_arcs, handle_ways
 from attune.robots.mujoco.beliefs import Beliefs
 from attune.robots.mujoco.manipulation import Manipulation
 from attune.robots.mujoco.motions import Motions, together
@@ -73,18 +73,19 @@ class Containers:
         start = self._world.container_position(container.name)
         self._world.permit(arm, (container.name,))
         try:
-            await together(self._motions.fingers(arm, pr2.GRIPPER_OPEN), self._motions.bend(arm, arc.reach))
+            await together(self._motions.fingers(arm, HANDLE_GAP), self._motions.bend(arm, arc.reach))
             await self._motions.bend(arm, arc.approach, _SLOW)
             await self._grip(arm, container)
             await self._motions.bend(arm, arc.swing, _SWING)
-            await self._motions.fingers(arm, pr2.GRIPPER_OPEN)
+            await self._motions.fingers(arm, HANDLE_GAP)
             await self._motions.bend(arm, arc.retreat, _SLOW)
         except Collision as failure:
             await self._manipulation.fold(arm)
             raise failure
         finally:
             self._world.permit(arm, ())
-        await self._motions.bend(arm, arc.fold)
+        # A door may go on by itself when it is let go, so the way back is planned now.
+        await self._manipulation.fold(arm)
         moved = abs(self._world.container_position(container.name) - start)
         if moved < _OPEN_SHARE * abs(position - start):
             raise ContainerStuck(container.name, f"it moved {moved:.2f} of {abs(position - start):.2f}")
@@ -96,7 +97,7 @@ class Containers:
                 await self._motions.fingers(arm, pr2.GRIPPER_CLOSED)
             await self._motions.wait_until(lambda: self._world.gripped_handle(arm) is not None, _GRIPPING)
         if self._world.gripped_handle(arm) != container.name:
-            await self._motions.fingers(arm, pr2.GRIPPER_OPEN)
+            await self._motions.fingers(arm, HANDLE_GAP)
             await self._manipulation.fold(arm)
             raise ContainerStuck(container.name, "the handle was missed")
 

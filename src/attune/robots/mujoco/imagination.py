@@ -202,7 +202,7 @@ class Imagination:
     def free(self) -> bool:
         """Whether the robot and what it carries touch nothing."""
         self._collide()
-        return self.data.ncon == 0
+        return bool(self.data.ncon == 0)
 
     def all_free(self, arm: Arm, path: Array) -> bool:
         """Whether an arm can take all configurations of `path`, shape (n, 7). It keeps the last one tried."""
@@ -258,7 +258,7 @@ class Imagination:
         for name, _ in self._carried.values():
             address = self.model.jnt_qposadr[self.model.body(name).jntadr[0]]
             state[address : address + 7] = 0.0
-        return np.round(state, 3).tobytes()
+        return bytes(np.round(state, 3).tobytes())
 
     def obstacle_solids(self) -> list[Solid]:
         """Furniture and believed objects in the map frame."""

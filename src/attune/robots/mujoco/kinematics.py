@@ -8,7 +8,6 @@ at once. Nothing is searched, stored or iterated.
 """
 
 from dataclasses import dataclass
-from typing import cast
 
 import numpy as np
 from numpy.typing import NDArray
@@ -86,7 +85,7 @@ class ArmKinematics:
         g = self.geometry
         turned = rotation(2, q[:, 0])
         lifted = turned @ rotation(1, q[:, 1])
-        return cast("Array", g.shoulder + g.offset * turned[:, :, 0] + g.upper * lifted[:, :, 0])
+        return g.shoulder + g.offset * turned[:, :, 0] + g.upper * lifted[:, :, 0]
 
     def inverse(
         self, position: Array, orientation: Array, pan: Array, branch: Array
@@ -205,4 +204,4 @@ class ArmKinematics:
     def unwrap(self, q: Array, near: Array) -> Array:
         """`q` with its continuous joints turned by whole turns to be nearest to `near`; shapes broadcast."""
         turns = np.where(self.continuous, np.round((near - q) / (2 * np.pi)), 0.0)
-        return cast("Array", q + 2 * np.pi * turns)
+        return q + 2 * np.pi * turns

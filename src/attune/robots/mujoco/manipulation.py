@@ -18,6 +18,7 @@ from attune.robots.interface import (
     Unreachable,
 )
 from attune.robots.mujoco import pr2
+from attune.robots.mujoco.arcs import HANDLE_GAP
 from attune.robots.mujoco.beliefs import Beliefs, Held
 from attune.robots.mujoco.carry import carrying_path, folding_path, is_carrying, is_folded
 from attune.robots.mujoco.escape import escape_path
@@ -148,7 +149,7 @@ class Manipulation:
         """
         held = self._beliefs.held.get(arm)
         if self._world.gripped_handle(arm) is not None:
-            await self._motions.fingers(arm, pr2.GRIPPER_OPEN)
+            await self._motions.fingers(arm, HANDLE_GAP)
         world = self._beliefs.imagine()
         if is_folded(world, arm) if held is None else is_carrying(world, arm):
             return

@@ -44,7 +44,7 @@ def find_route(
     cells = _search(costmap, layers, start, goal)
     if cells is None:
         return None
-    pieces = []
+    pieces: list[Array] = []
     for layer in range(3):
         points = costmap.centre(cells[cells[:, 0] == layer, 1:])
         if layer == 0:

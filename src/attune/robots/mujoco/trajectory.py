@@ -113,7 +113,7 @@ def _rounded(at: Array, knots: Array, points: Array, blend: float) -> Array:
         i = np.clip(np.searchsorted(knots, s, side="right") - 1, 0, len(knots) - 2)
         rest = (s - knots[i])[:, None]
         slope = (points[i + 1] - points[i]) / (knots[i + 1] - knots[i])[:, None]
-        return cast("Array", whole[i] + rest * points[i] + slope * rest**2 / 2)
+        return whole[i] + rest * points[i] + slope * rest**2 / 2
 
     rounded = (integral(high) - integral(low)) / (high - low)[:, None]
     rounded[0], rounded[-1] = points[0], points[-1]
