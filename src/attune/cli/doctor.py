@@ -48,12 +48,13 @@ def doctor(
 
 def _print(findings: list[Finding]) -> None:
     from rich.console import Console
+    from rich.markup import escape
     from rich.table import Table
 
     table = Table(box=None, show_header=False, pad_edge=False)
     for finding in findings:
-        remedy = f"\n[dim]{finding.remedy}[/dim]" if finding.remedy else ""
-        table.add_row(MARKS[finding.state], finding.part, finding.detail + remedy)
+        remedy = f"\n[dim]{escape(finding.remedy)}[/dim]" if finding.remedy else ""
+        table.add_row(MARKS[finding.state], finding.part, escape(finding.detail) + remedy)
     Console().print(table)
 
 
@@ -90,8 +91,17 @@ def _recogniser() -> Finding:
 
 def _whisper() -> Finding:
     if importlib.util.find_spec("faster_whisper") is None:
-        return Finding("Whisper", "off", "faster-whisper is not installed", "PocketSphinx is used instead")
-    return Finding("Whisper", "ok", "faster-whisper is installed")
+        return Finding(
+            "Whisper",
+            "off",
+            "faster-whisper is not installed; PocketSphinx listens",
+            "pip install 'attune-hri[whisper]'",
+        )
+    from attune.speech.whisper_weights import cached_weights
+
+    if cached_weights("small.en") is None:
+        return Finding("Whisper", "off", "its weights are not here", "attune listen FILE --asr whisper fetches them")
+    return Finding("Whisper", "ok", "faster-whisper with small.en")
 
 
 def _voice() -> Finding:
@@ -120,7 +130,23 @@ def _device(kind: Literal["input", "output"]) -> Finding:
 
 
 def _llm() -> Finding:
-    return Finding("LLM", "off", "none is configured", "The embedded interpreter understands people offline")
+    import anyio
+
+    from attune.core.config import load_config
+    from attune.core.errors import AttuneError
+    from attune.core.scene import load_scene
+    from attune.dialogue.corpus import scene_lexicon
+    from attune.dialogue.llm import check_endpoint
+
+    remedy = "Set base_url and model of [llm] in attune.toml; until then the embedded interpreter understands people"
+    try:
+        config = load_config().llm
+        if not config.base_url:
+            return Finding("LLM", "off", "none is configured", remedy)
+        answers, detail = anyio.run(check_endpoint, config, scene_lexicon(load_scene()))
+    except AttuneError as error:
+        return Finding("LLM", "off", error.problem, error.remedy or remedy)
+    return Finding("LLM", "ok", detail) if answers else Finding("LLM", "off", detail, remedy)
 
 
 def _ros() -> Finding:

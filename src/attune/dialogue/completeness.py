@@ -10,8 +10,6 @@ from attune.dialogue.grammar.interpreter import GrammarInterpreter
 _WHOLE = frozenset(
     {"bring_me", "setting_breakfast", "replace_object", "change_location", "stop", "carry_on", "put_back"}
 )
-    {"bring_me", "setting_breakfast", "replace_object", "change_location", "stop", "carry_on", "put_back"}
-)
 
 
 def completeness(scene: Scene) -> Callable[[str], bool | None]:
