@@ -32,8 +32,9 @@ def spec(type_: str, color: str = "", size: m.Size = "", location: str = "") -> 
 
 
 KITCHEN = (
-    spec("cup", "red", "normal", "table"), spec("cup", "blue", "normal", "shelf"), spec("bowl", "white", "normal", "cabinet"),
-    spec("milk", "blue", "normal", "fridge"), spec("milk", "red", "big", "fridge"), spec("spoon", "blue", "normal", "drawer"),
+    spec("cup", "red", "normal", "table"), spec("cup", "blue", "normal", "shelf"),
+    spec("bowl", "white", "normal", "cabinet"), spec("spoon", "blue", "normal", "drawer"),
+    spec("milk", "blue", "normal", "fridge"), spec("milk", "red", "big", "fridge"),
 )  # fmt: skip
 
 

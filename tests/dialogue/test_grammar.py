@@ -1,4 +1,4 @@
-"""The embedded interpreter on sentences of our own: a tuned part, and a part written before the rules and left alone."""
+"""The embedded interpreter on our own sentences: a tuned part, and a part written before the rules and left alone."""
 
 import json
 import time

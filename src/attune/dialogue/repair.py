@@ -25,7 +25,7 @@ _RULES: tuple[tuple[str, str], ...] = (
     (r"sch", "x"),
     (r"sh|ch|tch", "x"), (r"th", "t"), (r"dge", "j"), (r"c(?=[eiy])", "s"), (r"c", "k"), (r"q", "k"),
     (r"g(?=[eiy])", "j"),
-    (r"x", "ks"), (r"z", "s"), (r"oa|ow|oul|ou|ole|oo", "o"), (r"ea|ee|ie|y", "i"), (r"ai|ay|ei", "e"),
+    (r"x", "ks"), (r"z", "s"), (r"oa|ow|ou|oo", "o"), (r"ea|ee|ie|y", "i"), (r"ai|ay|ei", "e"),
     (r"au|aw", "o"), (r"e(?=\b)", ""), (r"(.)\1", r"\1"),
 )  # fmt: skip
 _LIKE = ("pb", "td", "kg", "fv", "sx", "xj", "mn", "lr", "wv")

@@ -112,7 +112,7 @@ def _options(text: str, context: Context, reader: PhraseReader, whole: str) -> t
     return tuple(dict.fromkeys(options))
 
 
-def read_answer(text: str, sentence: Sentence, question: Question, context: Context) -> Interpretation | None:  # noqa: PLR0911 - one rule per return
+def read_answer(text: str, sentence: Sentence, question: Question, context: Context) -> Interpretation | None:  # noqa: PLR0911, PLR0912 - one rule per return
     """What an answer means; None when it answers nothing (a new request, or talk).
 
     Args:

@@ -9,7 +9,8 @@ _PREPARE = re.compile(
     r"starting|do|doing|arrange|arranging|"
     r"organi[sz]e|ready|cook|cooking|have|having|put|putting|help|bring|bringing|fetch|begin|whip up|rustle up|"
     r"assemble|eat|eating|like|want|need|love|fancy|"
-    r"time|about|go|deal|handle|take care|sort|create|provide|deliver|could use|use|got|laid|gather|collect|could do with|"
+    r"time|about|go|deal|handle|take care|sort|create|provide|deliver|could use|use|got|laid|gather|collect|"
+    r"could do with|"
     r"kick off|see to|give|proceed|wish|order|request|craving|crave|feel like|prefer|hungry|starving|happen|it is|"
     r"set up|say|said)\b"
 )
@@ -17,23 +18,24 @@ _SET_TABLE = re.compile(
     rf"\b(?:set(?:ting)?(?: up)?|laid|lay(?:ing)?(?: out)?|prepare|preparing|dress|arrange|get(?:ting)?|ready|make|"
     rf"do) {_TABLE}(?: (?:ready|up|set|laid|for {_MEAL}|for (?:me|us|two|one|three|four)))*\b"
 )
+_TABLE_SET = re.compile(r"\btable (?:to be |needs to be )?(?:set|laid|ready|prepared)\b")
 _OTHER_MEAL = re.compile(r"\b(?:dinner|lunch|supper|tea|brunch|tennis|games?|cards|poker)\b")
 _TALK = re.compile(
-    r"^(?:what(?! about)|where|when|who|did|does|have you|has|was|were|is|how (?!about)|why (?!do not|will)|do (?:you|"
+    r"^(?:what(?! about)|where|when|who|did|does|have you|has|was|were|is|how (?!about)|why (?!do not|will)|"
+    r"do (?:you|"
     r"we) (?:like|eat|have|usually)|are (?:you|we)(?! (?:able|going))|which)\b|"
     r"\b(?:had|ate|eaten|skipped|made|missed|was|their|his|her|"
     r"for tomorrow|used to|would make|makes|loves?|likes|enjoys?|always|usually|never|"
     r"served|yesterday|already|last|hate|about to have|is important|in bed|television|tv|news|show|club|room|"
     r"hotel|tomorrow|later|finished|finish|over)\b"
 )
-_AROUND = re.compile(rf"\b(?:before|after|during|since|until|late for|at|over|about) (?:\w+ )?{_MEAL}")
+_AROUND = re.compile(rf"\b(?:before|after|during|since|until|late for|at|over) (?:\w+ )?{_MEAL}")
 _ALONE = re.compile(
-    rf"^(?:(?:please|robot|now|okay|yes|{_MEAL}|time|the|for|it is|me|us|my|our|one|two|three|four|everyone|everybody|all of us|good|morning|thanks|thank you|hey|"
+    rf"^(?:(?:please|robot|now|okay|yes|{_MEAL}|time|the|for|it is|me|us|my|our|one|two|three|four|everyone|"
+    rf"everybody|all of us|good|morning|thanks|thank you|hey|"
     rf"hello|ready|i am|am|we are|and|then|so|,|\.|!|\?|would be (?:nice|great|lovely|good)) ?)+$"
 )
-_NOT_NOW = re.compile(
-    rf"\b(?:no|not|do not|without|cancel|forget|stop|skip) (?:(?!and\b|but\b|make\b)\w+ ){{0,3}}?{_MEAL}"
-)
+_NOT_NOW = re.compile(rf"\b(?:no|not|do not|without|cancel|forget|stop|skip) (?:(?!and\b|but\b)\w+ ){{0,3}}?{_MEAL}")
 
 
 def wants_breakfast(plain: str, has_things: bool) -> bool:
@@ -46,7 +48,7 @@ def wants_breakfast(plain: str, has_things: bool) -> bool:
     for sentence in re.split(r" [.?](?: |$)", plain):
         clause = sentence.strip(" ,")
         meal = re.search(rf"\b{_MEAL}\b", clause)
-        table = _SET_TABLE.search(clause)
+        table = _SET_TABLE.search(clause) or _TABLE_SET.search(clause)
         if not meal and (not table or _OTHER_MEAL.search(clause)):
             continue
         if _NOT_NOW.search(_without_politeness(clause)):
@@ -73,7 +75,8 @@ def wants_breakfast(plain: str, has_things: bool) -> bool:
 def _without_politeness(clause: str) -> str:
     return re.sub(
         r"\b(?:i was (?:just )?(?:wondering|hoping|thinking)|was (?:wondering|hoping)|before you go|"
-        r"already (?:late|hungry)|at once|have not eaten|have not had (?:my |any )?|not had|not had|not eaten|time already)\b",
+        r"already (?:late|hungry)|at once|have not eaten|have not had (?:my |any )?|not had|not had|not eaten|"
+        r"time already)\b",
         " ",
         clause,
     ).strip()

@@ -56,6 +56,9 @@ def settle(sentence: Sentence, text: str) -> tuple[Sentence, str, bool]:
         text = f"{text[: match.start()]}P{second}{text[match.end() :]}"
         corrected = True
     text = _NOT_PROPERTY.sub(r"\1", text)
+    for match in re.finditer(r"\bP(\d+) , P(\d+)\b", text):
+        if spots[int(match[1])].role == spots[int(match[2])].role == "from":
+            text = text.replace(match[0], f"P{match[2]}", 1)  # "from the cabinet, er, from the fridge"
     position = 0
     while match := _APPOSITION.search(text, position):
         first, second = int(match[1]), int(match[3])

@@ -78,7 +78,8 @@ _ADVERB = (
     r"was hoping to|was thinking i|too)"
 )
 _WANT = (
-    r"(?:want|need|would like|would love|would prefer|prefer|require|fancy|crave|desire|wish for|wish|could use|"
+    r"(?:want|am wanting|wish i had|need|(?:would|should)(?: very much| really| dearly| quite| so)* (?:like|love)|"
+    r"would like|would love|would prefer|prefer|require|fancy|crave|desire|wish for|wish|could use|"
     r"could do with|would appreciate|could really use|could really do with|am after|am looking for|am searching for|"
     r"feel like|am in need of|am dying for|will have|will take|would take|would have|must have|had like|"
     r"would rather have|would rather like|would rather take|would kill for|could murder|could go for|would go for|"
@@ -105,7 +106,7 @@ WISH = re.compile(
     r"see|use)"
     r"|(?:think|if|whether|mind if|that|hoping|maybe|perhaps|wondering) (?:i|we) (?:could|can|might|may|"
     r"would)(?: please| also)?"
-    r" (?:have|get|grab|take|borrow|ask for)"
+    r" (?:have|get|grab|take|borrow|ask for|trouble you for|bother you for)"
     r"|let (?:me|us)(?: please| just| all)? (?:have|get|go for|take|use)"
     r"|(?:is|would|was) there (?:be )?(?:any|a|some) (?:chance|possibility|way)(?: of| for| that| to| i| we)*"
     r"(?: could| can| might| may)?(?: have| get| having| getting)?"
@@ -129,13 +130,19 @@ TERSE_WISH = re.compile(
 )
 PRAISE = re.compile(
     rf"({T}(?: (?:and|,|or) {T})*(?: {P})?)(?: too| also| as well)? (?:would|will|might|should)(?: really| also)? "
-    r"(?:be (?:\w+ )?(?:nicer|preferable|nice|great|lovely|good|perfect|wonderful|fine|brilliant|fantastic|super|handy|useful|"
+    r"(?:be (?:\w+ )?(?:nicer|preferable|nice|great|lovely|good|perfect|wonderful|fine|brilliant|fantastic|super|"
+    r"handy|useful|"
     r"excellent|"
     r"amazing|appreciated|ideal|better|best|welcome|helpful|marvellous|cool|grand|needed|awesome|enough)|"
     r"do(?: nicely| fine)?|"
     r"hit the spot|help)\b"
 )
 NEEDED = re.compile(rf"({T}(?: (?:and|,) {T})*) (?:is|are) (?:also |still )?(?:needed|required|wanted|missing)\b")
+POINTING_WISH = re.compile(
+    r"\b(?:(?:can|could|may|might) i (?:please )?(?:have|get|take)|i (?:\w+ )?(?:want|would like|would love|need|"
+    r"will take|will have|"
+    r"would take)(?: to have)?|give me|i would like to have) (?:that(?: one)?|it|this(?: one)?|them|those)\b(?! to\b)"
+)
 FOR_ME = re.compile(rf"^(?:do you have|have you got|have you) ?.*{T}.* for (?:me|us)\b")
 
 QUESTION = re.compile(
@@ -158,14 +165,16 @@ NEVER_BEFORE_VERB = words(
     "made make told asked said which what how when where if than as because about into just's one's us' s"
 )
 ADDITIVE = re.compile(
-    r"\b(?:too(?! T\d| \w+ing|\b \w+ ,)(?! much)|as well|also|another|one more|two more|more|in addition|additionally|on top of that|extra|besides|"
+    r"\b(?:too(?! T\d| \w+ing|\b \w+ ,)(?! much)|as well|also|another|one more|two more|more|in addition|"
+    r"additionally|on top of that|extra|besides|"
     r"plus|"
     r"while you are (?:at it|there|up|about it)|at the same time|along with|together with|aswell|additional)\b|"
     r"^(?:oh |, )*and\b"
 )
 CORRECTION = re.compile(
     r"\b(?:instead|rather|prefer|wrong|i mean|i meant|i said|i wanted|i asked for|i was asking for|i had asked for|"
-    r"i did ask for|make (?:it|that)|change (?:it|that) (?:to|for|into)|change of plans?|changed? my mind|different|nicer|preferable|too T\d+|"
+    r"i did ask for|make (?:it|that)|change (?:it|that) (?:to|for|into)|change of plans?|changed? my mind|"
+    r"different|nicer|preferable|too T\d+|"
     r"on second thoughts?|actually|better|after all|not what i|misunderst\w+|mistake|not that one|not this one|"
     r"not that|"
     r"turn it into|(?:swap|exchange|replace|switch|trade) (?:it|that|this|them)|what i meant|i ordered|"

@@ -28,6 +28,7 @@ _KEPT_LEXICONS = 32
 _LONGEST_FRAGMENT = 12
 _INSTRUCTIONS = frozenset({"bring_me", "replace_object", "change_location", "setting_breakfast"})
 _GIVES_UP = re.compile(r"(?:\w+ )*?(?:cancel|forget|scrap|scratch|never ?mind|drop|call)\b")
+_WAITS = re.compile(r"(?:\w+ )*?(?:wait|hold on|hang on)\b")
 _CUT_OFF = re.compile(
     r"\bT\d+ (?:(?:to|and|or|from|into|onto)(?: the| a| my)?|(?:on|in|of|with|at) (?:the|a|my))[ .,]*$"
 )
@@ -74,6 +75,11 @@ class GrammarInterpreter:
             return whole
         start, end, words = stop
         after = stopless[end:].strip(" ,.?")
+        if after and _WAITS.match(words) and re.search(r"\b[TP]\d+\b", stopless[:start]):
+            # "put it on the table, no wait, on the counter"
+            whole = self._meaning(plain, stopless, sentence, context, lexicon, reader, said)
+            if whole.intent in _INSTRUCTIONS:
+                return whole
         given_up = re.findall(r"\bT\d+", stopless[start:end])
         if after and given_up:
             after = f"not {given_up[-1]} , {after}"  # "stop bringing the cup, bring the bowl"
@@ -103,7 +109,7 @@ class GrammarInterpreter:
         if context.pending_question:
             question = read_question(context.pending_question, context, reader)
             settled, answered, _ = settle(sentence, frames.without_asides(text))
-            answer = read_answer(answered or text, settled, question, context)
+            answer = read_answer(answered if answered.strip(" .,?") else text, settled, question, context)
             if answer is not None:
                 return answer
         if _CUT_OFF.search(text):
@@ -168,7 +174,7 @@ class GrammarInterpreter:
 
 
 def _instead(meaning: Interpretation, text: str, context: Context, said: tuple[ObjectSpec, ...]) -> Interpretation:
-    """ "Cancel that, I'll have juice": what the robot was about is given up for what is wanted now."""
+    """Read "cancel that, I'll have juice": what the robot was about is given up for what is wanted now."""
     if meaning.intent != "bring_me" or context.task is None or frames.ADDITIVE.search(text):
         return meaning
     old = object_spoken_of(context, meaning.add[0], said)

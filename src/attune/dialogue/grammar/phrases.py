@@ -216,7 +216,8 @@ class PhraseReader:
                 definite = article = True
                 at += 1
             elif word in self._lexicon.numbers or (word.isdigit() and len(word) == 1 and word != "0"):
-                count = self._lexicon.numbers.get(word) or int(word)
+                both_of = word == "both" and at + 1 < len(words) and words[at + 1] in _ARTICLES
+                count = 1 if both_of else self._lexicon.numbers.get(word) or int(word)
                 article = True
                 at += 1
                 if at < len(words) and words[at] == "more":

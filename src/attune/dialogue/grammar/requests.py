@@ -6,63 +6,12 @@ from dataclasses import dataclass, field, replace
 
 from attune.core.messages import ObjectSpec
 from attune.dialogue.context import Context
-from attune.dialogue.grammar import frames
+from attune.dialogue.grammar import cues, frames
 from attune.dialogue.grammar.clauses import Clause, ClauseKind, Sentence
 from attune.dialogue.grammar.corrections import MARKER
 from attune.dialogue.grammar.items import Spot, Thing, described
 from attune.dialogue.grammar.references import fits, object_spoken_of, resolve
 from attune.dialogue.lexicon import Lexicon
-from attune.dialogue.words import words
-
-_NEGATIVE = re.compile(
-    r"(?:instead of|rather than|in place of|in lieu of|as (?:a |the )?(?:replacement|substitute|"
-    r"alternative) (?:for|to)|other than|"
-    r"no longer (?:want|need|require)|(?<!why )(?:do|does|did|would|will|must|should|need) not (?:\w+ )??(?:want|"
-    r"need|like|"
-    r"bring|fetch|"
-    r"get|take|mean|ask for|give|care for|fancy|say|order|feel like|serve|deliver|prefer|hand|pass|grab)"
-    r"(?: me| us| to have| you to bring| you to bring me| to eat| to use| to drink from)*|\bnot|\bno need for|"
-    r"\bnor|wrong|"
-    r"\b(?:put|take|bring|carry) (?:away|back)|except(?: for)?|sick of|enough of|\bwithout|\bskip|\bless|"
-    r"against using|"
-    r"have not asked for|never asked for|never wanted|never said|not asked for|changed my mind (?:about|on|"
-    r"regarding)|"
-    r"(?:am|are|was|were|be) not (?:after|looking for)|no more)$"
-)
-_NO = re.compile(r"\bno$")
-_PREFERRED_OVER = re.compile(r"\b(?:prefer|rather|better|sooner|more)\b.*\b(?:than|over|to)$")
-_BACK = re.compile(r"^(?: P\d+)? (?:back|away|off the list|is wrong|is not what|was wrong|was a mistake|any ?more)\b")
-_SWAP_PAIR = re.compile(
-    rf"^(?:(?:over )?from )?(?P<old>T\d+|{frames.PRONOUN}|P\d+)(?: (?:please|back|out|,))* "
-    r"(?:for|with|against|by|to|into|and|in for|over to)(?: (?:please|just|,))* (?P<new>T\d+)"
-)
-_ONLY_CHANGE = re.compile(
-    rf"\b(?:want|need|like|rather|prefer|have|love|put)\b.*?\b(?:have )?{frames.PRONOUN}(?: \w+)? P\d+"
-)
-_TRAVEL = re.compile(r"\b(?:go|look|check|open|head|walk|drive|search|run|peek|have a look|come|hop|roll)\b")
-_PASSIVE = re.compile(
-    r"(?:can|could|would|may|should) T\d+(?: please)? (?:be|get) (?:brought|fetched|put|placed|taken|delivered|"
-    r"carried|moved|served|handed|set)"
-)
-_SOMEBODY = re.compile(r"(?:he|she|they|it|my|our|his|her|their|the|somebody|someone|people) ")
-_LOCATED = re.compile(r"T(\d+)(?: (?:is|are|should be|must be|might be|stands?|sits?|lies|can be found|'s|will be|"
-                      r"somewhere|kept|still|"
-                      r"i think|left|over|there|right|just|now|probably|which|that|in there|inside|"
-                      r",))*$")  # fmt: skip
-_PRONOUN_OBJECT = re.compile(rf"^(?:(?:me|us|over|back|down|,|please|just|then) )*{frames.PRONOUN}\b")
-_NEGATIVE_SPOT = re.compile(r"(?:instead of|rather than|in place of|\bnot|\bthan)$")
-FILLER = words(
-    "please thanks thank you and also too as well now then okay ok robot for me us if possible would "
-    "could can no sorry wait actually i mean meant instead of rather than not but oh yes again maybe "
-    "perhaps some more just only here over to"
-    "hey hello hi right there good morning evening afternoon well make it that a an the or quickly , . ? plus "
-    "additionally "
-    "was asked asking said wanted had one quick fast asap kindly nope rather will do  my be so dear "
-    "love mate buddy pal do is change plan plans of mind on second thought thoughts better wrong ah aha "
-    "this way from with at once immediately straight away soon second thoughts changed  correction "
-    "oops    sir madam yet another time next first after all in addition coming up prefer "
-    "today very much ready moment when minute in case any chance  ahead "
-)
 
 
 @dataclass(slots=True)
@@ -112,6 +61,11 @@ class RequestReader:
                 self._wanted.definite.clear()
             self._clause(clause, asks)
             previous = clause
+        if not self._wanted.add and not self._wanted.remove and self._wanted.topics:
+            whole = " ".join(clause.text for clause in clauses)
+            if frames.POINTING_WISH.search(whole) and not self._wanted.moves:
+                self._wanted.add.append(self._wanted.topics[-1])
+                self._wanted.definite.append(True)
         self._finish()
         return self._wanted
 
@@ -122,7 +76,7 @@ class RequestReader:
         kind = self._drop(clause) if clause.kind == "drop" else clause.kind
         if kind == "drop":
             return
-        if kind == "plain" and _PASSIVE.search(clause.text):
+        if kind == "plain" and cues.PASSIVE.search(clause.text):
             self._objects(clause, "put")
             return
         if kind in {"plain", "swap"}:
@@ -164,7 +118,7 @@ class RequestReader:
         return "drop"
 
     def _swap(self, clause: Clause) -> bool:
-        pair = _SWAP_PAIR.match(clause.body)
+        pair = cues.SWAP_PAIR.match(clause.body)
         if pair is None or pair["old"].startswith("P"):
             return False
         old, new = pair["old"], pair["new"]
@@ -187,11 +141,11 @@ class RequestReader:
         """Whether a clause has only things, places and words that say nothing more."""
         if not re.search(r"\b[TP]\d+\b", text):
             return False
-        if not clause_has_things(text) and _TRAVEL.search(text):
+        if not clause_has_things(text) and cues.TRAVEL.search(text):
             return False
         if frames.PRAISE.search(text) or frames.NEEDED.search(text):
             return True
-        if _ONLY_CHANGE.search(text) and not frames.QUESTION.match(text):
+        if cues.ONLY_CHANGE.search(text) and not frames.QUESTION.match(text):
             self._wanted.moves = True
             return True
         cut = re.split(
@@ -200,7 +154,7 @@ class RequestReader:
             text,
         )
         words = re.sub(r"\b[TP]\d+\b", " ", " ".join(cut)).split()
-        residual = [word for word in words if word not in FILLER]
+        residual = [word for word in words if word not in cues.FILLER]
         if frames.QUESTION.match(text) and not re.match(r"(?:what|how) about", text):
             return False
         if re.match(
@@ -209,19 +163,19 @@ class RequestReader:
             text,
         ) and not re.search(r"\b(?:wrong|not)\b", text):
             return False
-        return not residual
+        return not residual or cues.PLEASE.search(text) is not None
 
     def _statement(self, clause: Clause) -> None:
         """Something said about things: it only tells what pointing words may mean, and where to look."""
         text = clause.text
         specs: dict[int, ObjectSpec] = {}
-        travel = _TRAVEL.search(text) is not None and not frames.PAST.search(text)
+        travel = cues.TRAVEL.search(text) is not None and not frames.PAST.search(text)
         for match in re.finditer(r"\b([TP])(\d+)\b", text):
             number = int(match[2])
             if match[1] == "T" and self._things[number].head == "noun":
                 specs[number] = self._things[number].spec
             elif match[1] == "P" and self._spots[number].role in {"at", "from", ""}:
-                before = _LOCATED.search(text[: match.start()].rstrip())
+                before = cues.LOCATED.search(text[: match.start()].rstrip())
                 if before and int(before[1]) in specs:
                     number_of = int(before[1])
                     specs[number_of] = replace(specs[number_of], location=self._spots[number].place)
@@ -229,7 +183,7 @@ class RequestReader:
                 self._place_mentioned = self._spots[number].place
             if match[1] == "P" and travel:
                 self._place_to_look = self._spots[number].place
-        if not frames.QUESTION.match(text) and not _SOMEBODY.match(text):
+        if not frames.QUESTION.match(text) and not cues.SOMEBODY.match(text):
             for number in clause.things():
                 if number in self._negative:
                     specs.pop(number, None)
@@ -246,7 +200,7 @@ class RequestReader:
 
     def _objects(self, clause: Clause, kind: str) -> None:
         """A clause that asks: its things are wanted, its places say where from and where to."""
-        body = _without_purpose(clause.body if clause.kind != "plain" else clause.text)
+        body = cues.without_purpose(clause.body if clause.kind != "plain" else clause.text)
         lead_things = [n for n in re.findall(r"\bT(\d+)", clause.lead)]
         for number in lead_things:
             self._nouns.append(self._things[int(number)].spec)
@@ -277,12 +231,12 @@ class RequestReader:
             unknown = [
                 w
                 for w in rest.split()
-                if w not in FILLER and w not in {"me", "us", "the", "a", "my", "some", "back", "down", "away"}
+                if w not in cues.FILLER and w not in {"me", "us", "the", "a", "my", "some", "back", "down", "away"}
             ]
             self._wanted.unknown = self._wanted.unknown or " ".join(unknown[:3])
 
     def _pronoun(self, clause: Clause, body: str) -> None:
-        if not _PRONOUN_OBJECT.match(body):
+        if not cues.PRONOUN_OBJECT.match(body):
             return
         self._wanted.pronoun = True
         if re.match(rf"(?:{frames.PRONOUN} )?(?:back|away)\b", body) or re.match(
@@ -312,7 +266,7 @@ class RequestReader:
                 )
                 continue
             spot = self._spots[number]
-            if _NEGATIVE_SPOT.search(body[: match.start()].rstrip()):
+            if cues.NEGATIVE_SPOT.search(body[: match.start()].rstrip()):
                 wanted.moves = wanted.moves or bool(wanted.destination) or not numbers
                 continue
             if kind == "fetch" and clause.verb == "get" and not numbers and not wanted.pronoun and spot.role == "to":
@@ -435,10 +389,10 @@ class RequestReader:
                 )
                 last_negative = (
                     listed
-                    or _NEGATIVE.search(before) is not None
-                    or (_NO.search(before) is not None and not self._things[number].article and total > 1)
-                    or _PREFERRED_OVER.search(before) is not None
-                    or (_BACK.match(after) is not None and clause.kind in {"fetch", "put", "drop", "plain"})
+                    or cues.NEGATIVE.search(before) is not None
+                    or (cues.NO.search(before) is not None and not self._things[number].article and total > 1)
+                    or cues.PREFERRED_OVER.search(before) is not None
+                    or (cues.BACK.match(after) is not None and clause.kind in {"fetch", "put", "drop", "plain"})
                     or (
                         clause.kind == "drop" and not clause.body[:2].isspace() and clause.body.startswith(f"T{number}")
                     )
@@ -470,19 +424,6 @@ class RequestReader:
             wanted.moves = False
         if not wanted.add:
             wanted.definite.clear()
-
-
-def _without_purpose(body: str) -> str:
-    """Cut off what it is for: "a bowl for my T1", "a knife to cut T1"."""
-    body = re.sub(r"(?<=[TP]\d)( please)? for (?:my |the |our |a )?T\d+", r"\1", body)
-    body = re.sub(r"\b(?:so that|so) (?:i|we) .*", "", body)
-    body = re.sub(r"\b(?:because|since|as) (?:i|my|we|the|our|it|T\d+) .*", "", body)
-    body = re.sub(
-        r"(?<=\d) to (?:cut|eat|drink|spread|put|pour|use|make|go|stir|mix|butter|serve|slice|hold|have|enjoy) .*",
-        "",
-        body,
-    )
-    return re.sub(r"\b(?:which|that) (?:i|we|you) .*?(?=,|\.|$)", "", body)
 
 
 def clause_has_things(text: str) -> bool:

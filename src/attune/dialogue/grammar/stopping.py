@@ -36,10 +36,12 @@ _STOP_EXCLUDED_BEFORE = re.compile(
     r"never|not|did|does|without|he|she|they|we|i|it|who|always|rain|ever|people|kids|him|her|them|us|"
     r"someone|everyone|somebody|deep|coffee|pee|quick|short)"
     r"|(?<!you )\b(?:could|would|will)"
-    r"|\b(?:why|when|where|how|if|until|unless|before|after|whenever|once) (?:you|it|that)|\b(?:did|do|does) (?:you|it)"
+    r"|\b(?:why|when|where|how|if|until|unless|before|after|whenever|once) (?:you|it|that)|\b(?:did|do|"
+    r"does) (?:you|it)"
     r"|(?<!you )(?<!have )(?<!need )(?<!said )(?<!had )(?<!must )(?<!ought )(?<!got )to"
     r"|(?:tell|told|ask|asked|want|wants|wanted|get|got|begged) (?!you )\w+ to"
-    r"|(?:he|she|they|mum|mom|dad|people|doctor|the|my) \w* ?(?:said|says|told me|tells me|wants me|asked me)(?: to)?)$"
+    r"|(?:he|she|they|mum|mom|dad|people|doctor|the|my) \w* ?(?:said|says|told me|tells me|wants me|"
+    r"asked me)(?: to)?)$"
 )
 _STOP_EXCLUDED_AFTER = re.compile(
     rf"^ (?:(?!{_GERUNDS}\b)\w+ing\b(?! please)|by\b(?! P\d)|sign\b|light\b|watch\b|over\b|and smell|at the \w+\b|"
@@ -133,7 +135,7 @@ _STOP_TAIL = re.compile(
     rf"this (?:instant|minute|second)|moving|doing (?:that|this|it|anything|whatever you are doing|"
     rf"what you are doing)|{_GERUNDS}(?: (?:it|that|this|me|things|breakfast|anything|T\d+|P\d+))*|thank you|thanks|"
     r"just|all|a (?:second|moment|minute)|,|halt|wait|freeze|no|so|before .*|or .*|i said|do you hear me?|hey|oh|"
-    r"or else|you))*"
+    r"or else|you)(?![a-z]))*"
 )
 
 

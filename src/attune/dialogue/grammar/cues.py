@@ -1,0 +1,74 @@
+"""Words that tell what is wanted from what is not, where things are, and what says nothing at all."""
+
+import re
+
+from attune.dialogue.grammar import frames
+from attune.dialogue.words import words
+
+NEGATIVE = re.compile(
+    r"(?:instead of|rather than|in place of|in lieu of|as (?:a |the )?(?:replacement|substitute|"
+    r"alternative) (?:for|to)|other than|"
+    r"no longer (?:want|need|require)|(?<!why )(?:do|does|did|would|will|must|should|need) not (?:\w+ )??(?:want|"
+    r"need|like|"
+    r"bring|fetch|"
+    r"get|take|mean|ask for|give|care for|fancy|say|order|feel like|serve|deliver|prefer|hand|pass|grab)"
+    r"(?: me| us| to have| you to bring| you to bring me| to eat| to use| to drink from)*|\bnot|\bno need for|"
+    r"\bnor|wrong|"
+    r"\b(?:put|take|bring|carry) (?:away|back)|except(?: for)?|sick of|enough of|\bwithout|\bskip|\bless|"
+    r"against using|"
+    r"have not asked for|never asked for|never wanted|never said|not asked for|changed my mind (?:about|on|"
+    r"regarding)|"
+    r"(?:am|are|was|were|be) not (?:after|looking for)|no more)$"
+)
+NO = re.compile(r"\bno$")
+PREFERRED_OVER = re.compile(r"\b(?:prefer|rather|better|sooner|more)\b.*\b(?:than|over|to)$")
+BACK = re.compile(r"^(?: P\d+)? (?:back|away|off the list|is wrong|is not what|was wrong|was a mistake|any ?more)\b")
+SWAP_PAIR = re.compile(
+    rf"^(?:(?:over )?from )?(?P<old>T\d+|{frames.PRONOUN}|P\d+)(?: (?:please|back|out|,))* "
+    r"(?:for|with|against|by|to|into|and|in for|over to)(?: (?:please|just|,))* (?P<new>T\d+)"
+)
+ONLY_CHANGE = re.compile(
+    rf"\b(?:want|need|like|rather|prefer|have|love|put)\b.*?\b(?:have )?{frames.PRONOUN}(?: \w+)? P\d+"
+)
+TRAVEL = re.compile(r"\b(?:go|look|check|open|head|walk|drive|search|run|peek|have a look|come|hop|roll)\b")
+PASSIVE = re.compile(
+    r"(?:can|could|would|may|should) T\d+(?: please)? (?:be|get) (?:brought|fetched|put|placed|taken|delivered|"
+    r"carried|moved|served|handed|set)"
+)
+PLEASE = re.compile(
+    r"(?:^|[,.] (?:so |now |and |next |then |great |just |anyway )*)(?:please )(?:just )?T\d+(?: P\d+)?(?: (?:and|"
+    r",) T\d+)*(?: this time| now)?[ .,]*$|"
+    r"[,.] (?:so |now |and |next |then |just |only |anyway )*T\d+(?: P\d+)?(?: (?:and|,) T\d+)* please[ .,]*$"
+)
+SOMEBODY = re.compile(r"(?:he|she|they|it|my|our|his|her|their|the|somebody|someone|people) ")
+LOCATED = re.compile(r"T(\d+)(?: (?:is|are|should be|must be|might be|stands?|sits?|lies|can be found|'s|will be|"
+                      r"somewhere|kept|still|"
+                      r"i think|left|over|there|right|just|now|probably|which|that|in there|inside|"
+                      r",))*$")  # fmt: skip
+PRONOUN_OBJECT = re.compile(rf"^(?:(?:me|us|over|back|down|,|please|just|then) )*{frames.PRONOUN}\b")
+NEGATIVE_SPOT = re.compile(r"(?:instead of|rather than|in place of|\bnot|\bthan)$")
+FILLER = words(
+    "please thanks thank you and also too as well now then okay ok robot for me us if possible would "
+    "could can no sorry wait actually i mean meant instead of rather than not but oh yes again maybe "
+    "perhaps some more just only here over to "
+    "hey hello hi right there good morning evening afternoon well make it that a an the or quickly , . ? plus "
+    "additionally "
+    "was asked asking said wanted had one quick fast asap kindly nope rather will do  my be so dear "
+    "love mate buddy pal do is change plan plans of mind on second thought thoughts better wrong ah aha "
+    "this way from with at once immediately straight away soon second thoughts changed  correction "
+    "oops    sir madam yet another time next first after all in addition coming up prefer "
+    "today very much ready moment when minute in case any chance  ahead "
+)
+
+
+def without_purpose(body: str) -> str:
+    """Cut off what it is for: "a bowl for my T1", "a knife to cut T1"."""
+    body = re.sub(r"(?<=[TP]\d)( please)? for (?:my |the |our |a )?T\d+", r"\1", body)
+    body = re.sub(r"\b(?:so that|so) (?:i|we) .*", "", body)
+    body = re.sub(r"\b(?:because|since|(?<!well )as) (?:i|my|we|the|our|it|T\d+) .*", "", body)
+    body = re.sub(
+        r"(?<=\d) to (?:cut|eat|drink|spread|put|pour|use|make|go|stir|mix|butter|serve|slice|hold|have|enjoy) .*",
+        "",
+        body,
+    )
+    return re.sub(r"\b(?:which|that) (?:i|we|you) .*?(?=,|\.|$)", "", body)
