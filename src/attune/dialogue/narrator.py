@@ -129,7 +129,8 @@ def _what_begins(state: RobotState, last: RobotState | None) -> str:
         case "transporting_fetch":
             return "drive" if moves_base else "reach" if moves_arm else ""
         case "transporting_deliver":
-            return "carry" if moves_base or new_step else "set_down" if moves_arm else ""
+            there = state.current_location == state.destination_location
+            return "carry" if moves_base or new_step else "set_down" if moves_arm and there else ""
         case "recovering":
             return "recovering" if new_step else ""
         case _:
