@@ -21,13 +21,21 @@ def socket(tmp_path: Path) -> Path:
     return tmp_path / "session.sock"
 
 
+async def until_it_answers(socket: Path) -> None:
+    while True:
+        try:
+            async with await anyio.connect_unix(socket):
+                return
+        except OSError:
+            await RealClock().sleep(0.01)
+
+
 def test_one_turn_gives_what_was_understood_and_the_answer(config: Config, socket: Path) -> None:
     async def main() -> list[dict[str, object]]:
         session = Session(config, RealClock())
         async with session.running(), anyio.create_task_group() as group:
             group.start_soon(serve, session, socket)
-            while not socket.exists():
-                await session.clock.sleep(0.01)
+            await until_it_answers(socket)
             assert os.stat(socket).st_mode & 0o077 == 0
             answers = [line async for line in ask(socket, {"say": "bring me a cup"})]
             group.cancel_scope.cancel()
@@ -44,8 +52,7 @@ def test_a_malformed_request_is_answered_and_the_session_goes_on(config: Config,
         session = Session(config, RealClock())
         async with session.running(), anyio.create_task_group() as group:
             group.start_soon(serve, session, socket)
-            while not socket.exists():
-                await session.clock.sleep(0.01)
+            await until_it_answers(socket)
             bad = [line async for line in ask(socket, {"sing": "a song"})]
             good = [line async for line in ask(socket, {"say": "stop"})]
             group.cancel_scope.cancel()
@@ -70,8 +77,7 @@ def test_a_second_session_does_not_take_over_the_socket(config: Config, socket: 
         session = Session(config, RealClock())
         async with session.running(), anyio.create_task_group() as group:
             group.start_soon(serve, session, socket)
-            while not socket.exists():
-                await session.clock.sleep(0.01)
+            await until_it_answers(socket)
             with pytest.raises(AttuneError, match="another session is running"):
                 await serve(session, socket)
             group.cancel_scope.cancel()
@@ -84,8 +90,7 @@ def test_say_prints_the_answer_of_the_session(config: Config, socket: Path) -> N
         session = Session(config, RealClock())
         async with session.running(), anyio.create_task_group() as group:
             group.start_soon(serve, session, socket)
-            while not socket.exists():
-                await session.clock.sleep(0.01)
+            await until_it_answers(socket)
             command = [sys.executable, "-m", "attune", "say", "--json", "--socket", str(socket), "bring me a cup"]
             result = await anyio.run_process(command, stderr=subprocess.STDOUT)
             group.cancel_scope.cancel()
