@@ -159,6 +159,9 @@ def test_comparing_measures_the_paper_and_each_option_in_one_report(request_for)
     assert outcome.kept.validation_loss == min(variant.validation_loss for variant in outcome.variants)
     report = json.loads((outcome.model / "training_report.json").read_text())
     assert list(report["variants"]) == names
+    card = (outcome.model / "README.md").read_text()
+    assert all(f"\n| {name}" in card for name in names)
+    assert card.count("(this model)") == 1
     assert load_classifier(str(outcome.model)).options == outcome.kept.options
     assert outcome.kept.options.temperature == pytest.approx(outcome.kept.result.temperature)
 

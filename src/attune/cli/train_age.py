@@ -194,5 +194,7 @@ def _print(outcome: "Outcome", console: "Console") -> None:
     table.add_row("commonest", f"{some.binary_baseline:.1%}", "50.0%", f"{some.group_baseline:.1%}", "", "")
     table.add_row("the paper", f"{PAPER_BINARY_ACCURACY:.1%}", "", f"{PAPER_GROUP_ACCURACY:.1%}", "", "")
     console.print(table)
+    if outcome.kept.result.resumed_at:
+        console.print(f"went on with an interrupted run, from step {outcome.kept.result.resumed_at}")
     if outcome.damaged:
         console.print(f"{len(outcome.damaged)} damaged clips were skipped; {outcome.model.name}/training_report.json")

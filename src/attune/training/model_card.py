@@ -26,6 +26,7 @@ def model_card(report: dict[str, Any]) -> str:
         if by_sample
         else ""
     )
+    variants = _variants(report) if len(report["variants"]) > 1 else ""
     return f"""---
 library_name: transformers
 pipeline_tag: audio-classification
@@ -68,10 +69,34 @@ layers {options["layers"]}, targets {options["targets"]}, length {options["lengt
 | calibration error, nine groups | {test["calibration_error"]:.3f} | | not given |
 {caution}
 The paper's numbers are of its own split by sample of Common Voice 11.0; they compare only roughly.
-
+{variants}
 ## Use and limits
 
 For choosing how a robot speaks, until the person says what they like. The ages are what volunteers said of
 themselves; groups, accents and sexes that are rare in the data are estimated worse, and illness, a microphone or a cold
 can shift the estimate by decades. Not for identifying people, for checking an age, or for any decision about a person.
+"""
+
+
+def _variants(report: dict[str, Any]) -> str:
+    rows = []
+    for name, each in report["variants"].items():
+        before, after = each["without_temperature"], each["with_temperature"]
+        kept = " (this model)" if name == report["kept"] else ""
+        rows.append(
+            f"| {name}{kept} | {after['binary_accuracy']:.1%} | "
+            f"{after['binary_balanced']:.1%} | {after['group_accuracy']:.1%} | {after['off_by_one']:.1%} | "
+            f"{before['calibration_error']:.3f} | {after['calibration_error']:.3f} | "
+            f"{each['validation_log_loss']:.3f} |"
+        )
+    table = "\n".join(rows)
+    return f"""
+## Variants compared on the same clips
+
+The one with the least log loss on the validation speakers was kept; the test clips decided nothing.
+
+| | younger or older | balanced | nine groups | right or beside | calibration error before temperature | after | \
+validation log loss |
+|---|---|---|---|---|---|---|---|
+{table}
 """

@@ -10,8 +10,10 @@ PAPER_MODEL = "TPekarekRosin/uhh_ub_cv_ar_big_ds"
 WHISPER_SMALL = "openai/whisper-small"
 """The encoder that the paper builds on."""
 
-_MODEL_FILES = ["*.json", "*.safetensors", "*.bin", "*.onnx"]
-_OTHER_FRAMEWORKS = ["*.msgpack", "*.h5", "*.ot", "onnx/*", "flax*", "tf_*", "training_args.bin", "optimizer.bin"]
+_WEIGHTS = ["model.safetensors", "model.onnx"]
+_SETTINGS = ["config.json", "preprocessor_config.json", "attune_age.json", "training_report.json"]
+_PICKLE = "pytorch_model.bin"
+"""Fetched only where there is nothing better: many repositories hold the same weights several times."""
 
 
 class ModelNotFoundError(AttuneError):
@@ -63,9 +65,10 @@ def fetch(name: str, revision: str | None = None) -> Path:
     )
 
     try:
-        return Path(
-            snapshot_download(name, revision=revision, allow_patterns=_MODEL_FILES, ignore_patterns=_OTHER_FRAMEWORKS)
-        )
+        folder = Path(snapshot_download(name, revision=revision, allow_patterns=_SETTINGS + _WEIGHTS))
+        if not any((folder / weights).exists() for weights in _WEIGHTS):
+            folder = Path(snapshot_download(name, revision=revision, allow_patterns=[*_SETTINGS, _PICKLE]))
+        return folder
     except LocalEntryNotFoundError:
         raise ModelNotFoundError(name, "the hub cannot be reached and the cache does not have it") from None
     except GatedRepoError:
