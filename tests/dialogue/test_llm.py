@@ -396,7 +396,7 @@ def test_a_language_model_is_measured_with_the_same_benchmark(
     command(eval_language, ["--interpreter", "llm", "--sample", "20", "--out", str(tmp_path)], server)
     report = json.loads((tmp_path / "language.json").read_text())
     assert report["interpreter"] == "test-model"
-    assert report["parts"]["paper"]["items"] == report["parts"]["hard"]["items"] == 20
+    assert report["parts"]["paper"]["items"] == report["parts"]["fresh"]["items"] == 20
     assert report["parts"]["paper"]["score"]["command"]["count"] < 20
     assert report["answered_by_language_model"] == len(server.requests) > 30
     assert "test-model" in (tmp_path / "language.md").read_text()

@@ -1,7 +1,7 @@
 import json
 from collections import Counter
 from collections.abc import Awaitable, Callable, Sequence
-from typing import Any
+from typing import Any, Literal
 
 import pytest
 
@@ -51,9 +51,10 @@ def test_the_first_part_follows_the_papers_recipe() -> None:
     assert {slots.location for entry in items for slots in entry.expected.remove} == {""}
 
 
-def test_the_harder_part_keeps_to_the_file_format() -> None:
-    items = hard_items()
-    assert len(items) >= 400
+@pytest.mark.parametrize(("part", "least"), [("hard", 400), ("fresh", 100)])
+def test_the_harder_parts_keep_to_the_file_format(part: Literal["hard", "fresh"], least: int) -> None:
+    items = hard_items(part)
+    assert len(items) >= least
     assert len({entry.id for entry in items}) == len(items)
     for entry in items:
         meaning = entry.expected
@@ -72,7 +73,7 @@ def test_the_harder_part_keeps_to_the_file_format() -> None:
 
 def test_right_answers_score_full_marks_in_every_column() -> None:
     result = score(report(knows_all, benchmark_items()).answers)
-    assert result.whole.right == result.whole.of == 2611 + len(hard_items())
+    assert result.whole.right == result.whole.of == 2611 + len(hard_items()) + len(hard_items("fresh"))
     assert all(tally.right == tally.of > 2000 for tally in result.add.values())
     assert all(tally.right == tally.of >= 1770 for tally in result.remove.values())
     assert result.false_commands.right == result.missed_stops.right == result.false_stops.right == 0
@@ -156,5 +157,6 @@ def test_the_report_shows_the_papers_table_with_ours_and_lists_each_error() -> N
 def test_a_sample_is_spread_over_each_part(sample: int) -> None:
     items = benchmark_items(sample=sample)
     counts = Counter(entry.part for entry in items)
-    assert counts == {"paper": min(sample or 2611, 2611), "hard": min(sample or len(hard_items()), len(hard_items()))}
+    sizes = {"paper": 2611, "hard": len(hard_items()), "fresh": len(hard_items("fresh"))}
+    assert counts == {part: min(sample or size, size) for part, size in sizes.items()}
     assert {entry.group for entry in items if entry.part == "paper"} >= {"bring_me", "replace_object"}

@@ -14,6 +14,7 @@ class PartChoice(StrEnum):
     ALL = "all"
     PAPER = "paper"
     HARD = "hard"
+    FRESH = "fresh"
 
 
 class InterpreterChoice(StrEnum):
@@ -27,7 +28,9 @@ def eval_language(
     interpreter: Annotated[
         InterpreterChoice, typer.Option(help="The embedded one, or the language model of [llm].")
     ] = InterpreterChoice.GRAMMAR,
-    part: Annotated[PartChoice, typer.Option(help="The paper's recipe, the harder part, or both.")] = PartChoice.ALL,
+    part: Annotated[
+        PartChoice, typer.Option(help="The paper's recipe, harder sentences, fresh ones, or all.")
+    ] = PartChoice.ALL,
     sample: Annotated[int, typer.Option(min=0, help="At most so many items of each part, spread; 0 takes all.")] = 0,
     at_once: Annotated[int, typer.Option(min=1, help="Questions to the language model at the same time.")] = 4,
     out: Annotated[Path, typer.Option(help="Gets language.md and language.json.")] = Path("language-evaluation"),
@@ -56,7 +59,8 @@ def eval_language(
 
     settings = with_values(load_config(config), {"dialogue": {"interpreter": interpreter.value}, "llm": {"history": 0}})
     parts: dict[PartChoice, tuple[Part, ...]] = {
-        PartChoice.ALL: ("paper", "hard"), PartChoice.PAPER: ("paper",), PartChoice.HARD: ("hard",)
+        PartChoice.ALL: ("paper", "hard", "fresh"), PartChoice.PAPER: ("paper",), PartChoice.HARD: ("hard",),
+        PartChoice.FRESH: ("fresh",),
     }  # fmt: skip
     items = benchmark_items(parts[part], sample)
     scene = load_scene(Path(settings.robot.scene) if settings.robot.scene else None)

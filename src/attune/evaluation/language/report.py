@@ -2,8 +2,9 @@
 
 from collections.abc import Sequence
 from dataclasses import dataclass
-from typing import Any
+from typing import Any, get_args
 
+from attune.evaluation.language.items import Part
 from attune.evaluation.language.scoring import PROPERTIES, Answer, Score, score
 
 PAPER_ROWS: tuple[tuple[str, tuple[float, ...]], ...] = (
@@ -12,6 +13,7 @@ PAPER_ROWS: tuple[tuple[str, tuple[float, ...]], ...] = (
 )
 """The paper's table, gpt-3.5-turbo-1106 and -0125: command; type, colour, size, location of objects to add; the same
 of objects to delete [%]."""
+_HARDER: dict[Part, str] = {"hard": "The harder part", "fresh": "Fresh sentences of the same kinds"}
 
 
 @dataclass(frozen=True, slots=True)
@@ -32,7 +34,7 @@ class LanguageReport:
         """Answers of the language model itself. Stops, and what it did not answer, are the embedded interpreter's."""
         return sum(f"language model {self.model}" in answer.note for answer in self.answers) if self.model else 0
 
-    def part(self, name: str) -> tuple[Answer, ...]:
+    def part(self, name: Part) -> tuple[Answer, ...]:
         """The answers to one part of the benchmark."""
         return tuple(answer for answer in self.answers if answer.item.part == name)
 
@@ -47,7 +49,7 @@ class LanguageReport:
             "interpreter": self.interpreter,
             "answered_by_language_model": self.by_model,
             "paper": [{"model": model, "percent": list(values)} for model, values in PAPER_ROWS],
-            "parts": {name: _part_data(self.part(name)) for name in ("paper", "hard") if self.part(name)},
+            "parts": {name: _part_data(self.part(name)) for name in get_args(Part) if self.part(name)},
             "errors": [_error_data(answer) for answer in self.errors],
         }
 
@@ -65,9 +67,10 @@ class LanguageReport:
                 "",
             ]
             lines += _extras(score(paper), paper)
-        if hard := self.part("hard"):
-            lines += [f"## The harder part: {len(hard)} utterances", "", *_group_table(hard), ""]
-            lines += _extras(score(hard), hard)
+        for name, title in _HARDER.items():
+            if hard := self.part(name):
+                lines += [f"## {title}: {len(hard)} utterances", "", *_group_table(hard), ""]
+                lines += _extras(score(hard), hard)
         lines += [f"## Errors: {len(self.errors)}", ""]
         lines += [line for answer in self.errors for line in _error_lines(answer)]
         return "\n".join(lines) + "\n"

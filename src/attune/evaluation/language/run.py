@@ -18,7 +18,7 @@ Respond = Callable[[Sequence[Item], Callable[[dict[str, Any]], None]], Awaitable
 """Answers items in their order; hands over each answer, a line of `attune understand`'s output, when it is there."""
 
 
-def benchmark_items(parts: Sequence[Part] = ("paper", "hard"), sample: int = 0) -> tuple[Item, ...]:
+def benchmark_items(parts: Sequence[Part] = ("paper", "hard", "fresh"), sample: int = 0) -> tuple[Item, ...]:
     """The items of the benchmark.
 
     Args:
@@ -27,9 +27,9 @@ def benchmark_items(parts: Sequence[Part] = ("paper", "hard"), sample: int = 0) 
     """
     found: list[Item] = []
     for part in parts:
-        items = paper_items() if part == "paper" else hard_items()
-        step = max(1.0, len(items) / sample) if sample else 1.0
-        found += [items[int(number * step)] for number in range(int(len(items) / step))]
+        items = paper_items() if part == "paper" else hard_items(part)
+        count = min(sample, len(items)) if sample else len(items)
+        found += [items[number * len(items) // count] for number in range(count)]
     return tuple(found)
 
 
