@@ -1,0 +1,117 @@
+"""Takes the robot's own voice (and steady noise) out of what the microphone hears, with WebRTC's audio processing.
+
+Three lines connect it to a session:
+
+    canceller = EchoCanceller()
+    voice = Voice(bus, clock, config, on_playback=canceller.played)
+    listener = Listener(bus, clock, source, sentences, config, clean=canceller.clean)
+"""
+
+import importlib.util
+from typing import Any
+
+import numpy as np
+
+from attune.core.errors import MissingDependencyError
+from attune.speech.audio import FRAME_SAMPLES, SAMPLE_RATE, Frame, Samples
+
+_BLOCK = SAMPLE_RATE // 100
+"""WebRTC takes 10 ms at once."""
+LATENCY = _BLOCK / SAMPLE_RATE
+"""What comes out is later than what goes in [s]: frames are no whole number of blocks. Their times say so."""
+_OUT_OF_STEP = 0.05
+"""A microphone whose times run away from ours by more than this [s] has lost sound."""
+_JOINED = 0.002
+"""Pieces of playback that follow each other within this time [s] are one sound."""
+
+
+class EchoCanceller:
+    """Hears what the robot plays and subtracts its echo. Belongs to one thread.
+
+    The echo may come up to about a third of a second after the sound was handed over: WebRTC finds the delay itself.
+
+    Args:
+        noise_suppression: Also lower steady noise.
+
+    Raises:
+        MissingDependencyError: The library is not installed.
+    """
+
+    def __init__(self, *, noise_suppression: bool = False) -> None:
+        if importlib.util.find_spec("livekit") is None:
+            raise MissingDependencyError("livekit", "echo cancellation", "Run `pip install 'attune-hri[echo]'`")
+        from livekit import rtc
+
+        self._rtc = rtc
+        self._processing = rtc.AudioProcessingModule(
+            echo_cancellation=True, noise_suppression=noise_suppression, high_pass_filter=True
+        )
+        self._resampler: Any = None
+        self._played: Samples = np.zeros(0, np.float32)
+        self._played_from = 0
+        self._played_until = 0.0
+        self._position = 0
+        self._next_time: float | None = None
+        self._raw: Samples = np.zeros(0, np.float32)
+        self._clean: Samples = np.zeros(_BLOCK, np.float32)
+
+    def played(self, samples: Samples, rate: int, time: float) -> None:
+        """Take what the robot plays: a `PlaybackHook`.
+
+        Args:
+            samples: Float, mono.
+            rate: Samples per second.
+            time: Clock time at which the first of them sounds [s].
+        """
+        import soxr
+
+        end = self._played_from + len(self._played)
+        if self._resampler is None or abs(time - self._played_until) > _JOINED:
+            self._resampler = soxr.ResampleStream(rate, SAMPLE_RATE, 1, dtype="float32")
+            start = round(time * SAMPLE_RATE)
+            if start < end:
+                # Something else overtakes what was handed over before but has not sounded.
+                self._played = self._played[: max(0, start - self._played_from)]
+            else:
+                self._played = np.concatenate([self._played, np.zeros(start - end, np.float32)])
+        self._played = np.concatenate([self._played, self._resampler.resample_chunk(samples)])
+        self._played_until = time + len(samples) / rate
+
+    def clean(self, frame: Frame) -> Frame:
+        """Take what the microphone hears; give it without the robot's voice, 10 ms later."""
+        if self._next_time is None or abs(frame.time - self._next_time) > _OUT_OF_STEP:
+            self._position = round(frame.time * SAMPLE_RATE) - len(self._raw)
+            self._next_time = frame.time
+        self._next_time += FRAME_SAMPLES / SAMPLE_RATE
+        self._raw = np.concatenate([self._raw, frame.samples])
+        while len(self._raw) >= _BLOCK:
+            block, self._raw = self._raw[:_BLOCK], self._raw[_BLOCK:]
+            self._clean = np.concatenate([self._clean, self._process(block)])
+        samples, self._clean = self._clean[:FRAME_SAMPLES], self._clean[FRAME_SAMPLES:]
+        return Frame(samples, frame.time - LATENCY)
+
+    def _process(self, block: Samples) -> Samples:
+        reference = self._frame(self._reference())
+        self._processing.process_reverse_stream(reference)
+        self._processing.set_stream_delay_ms(0)
+        heard = self._frame(block)
+        self._processing.process_stream(heard)
+        return np.frombuffer(bytes(heard.data), np.int16).astype(np.float32) / 32768
+
+    def _reference(self) -> Samples:
+        """What the robot plays during the next block."""
+        begin = self._position - self._played_from
+        self._position += _BLOCK
+        block = np.zeros(_BLOCK, np.float32)
+        first, last = max(begin, 0), min(begin + _BLOCK, len(self._played))
+        if first < last:
+            block[first - begin : last - begin] = self._played[first:last]
+        # What is past is not needed any more.
+        past = min(max(begin + _BLOCK, 0), len(self._played))
+        self._played = self._played[past:]
+        self._played_from = self._position if len(self._played) == 0 else self._played_from + past
+        return block
+
+    def _frame(self, samples: Samples) -> Any:
+        data = (np.clip(samples, -1, 1) * 32767).astype("<i2").tobytes()
+        return self._rtc.AudioFrame(bytearray(data), SAMPLE_RATE, 1, len(samples))
