@@ -202,6 +202,28 @@ def test_it_takes_the_spoon_out_of_the_drawer() -> None:
     play(scenario)
 
 
+@pytest.mark.slow
+@pytest.mark.parametrize(
+    ("container", "thing"),
+    [("drawer", "blue_spoon"), ("cabinet", "white_cup"), ("fridge", "red_milk"), ("dishwasher", "blue_glass")],
+)
+def test_things_go_out_of_every_container_and_back(container: str, thing: str) -> None:
+    async def scenario(robot: MujocoRobot, clock: VirtualClock) -> None:
+        await robot.park_arms()
+        await go_to(robot, OpenTarget(container))
+        await robot.open(container)
+        percept = await find(robot, thing)
+        await go_to(robot, PickTarget(percept))
+        arm = await robot.pick(percept)
+        await robot.navigate(BasePose(*robot.world.scene.robot_start))
+        await go_to(robot, PlaceTarget(arm, percept.pose.position))
+        await robot.place(arm, percept.pose.position)
+        assert robot.world.place_of(thing) == container
+        assert robot.world.is_upright(thing)
+
+    play(scenario)
+
+
 def test_an_unknown_container_is_named_with_the_known_ones() -> None:
     async def scenario(robot: MujocoRobot, clock: VirtualClock) -> None:
         with pytest.raises(UnknownTarget, match="drawer"):

@@ -173,14 +173,14 @@ class Imagination:
         for arm, (name, in_hand) in self._carried.items():
             self.put(name, self.tool(arm) @ in_hand)
 
-    def contacts(self, tolerance: float = 0.0) -> list[tuple[str, str, float]]:
-        """Pairs of bodies that touch now, with their distance [m], nearer than the margin by `tolerance`."""
+    def contacts(self) -> list[tuple[str, str, float]]:
+        """Pairs of bodies that are nearer to each other than their margin now, with their distance [m]."""
         self._collide()
         m, touching = self.model, self.data.contact
         return [
             (m.body(m.geom_bodyid[a]).name, m.body(m.geom_bodyid[b]).name, float(distance))
             for (a, b), distance, margin in zip(touching.geom, touching.dist, touching.includemargin, strict=True)
-            if distance < margin - tolerance
+            if distance < margin
         ]
 
     def sees(self, point: Point) -> bool:
