@@ -1,8 +1,8 @@
 """The harder parts: what people say beyond the paper's benchmark, from `hard.jsonl` and `fresh.jsonl`.
 
 Nobody tunes an interpreter on these sentences. `hard` was written before its author had seen a rule; its errors are
-looked at by their cause, and the cause is mended for all sentences like it. `fresh` was written later by the same author;
-its errors are only counted, so that one figure stays honest. Whoever works from them writes a new `fresh`.
+looked at by their cause, and the cause is mended for all sentences like it. `fresh` was written later, by the same
+author; its errors are only counted, so that one figure stays honest. Whoever works from them writes a new `fresh`.
 """
 
 from importlib import resources
