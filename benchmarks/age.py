@@ -105,8 +105,9 @@ def _training(whisper: Path, folder: Path) -> dict[str, Any]:
     from attune.speech.age.options import AgeModelOptions
     from attune.training.common_voice import read_common_voice
     from attune.training.feature_cache import FeatureCache
+    from attune.training.settings import TrainingSettings
     from attune.training.sources import CachedSource, SoundSource
-    from attune.training.trainer import Trainer, TrainingSettings
+    from attune.training.trainer import Trainer
 
     clips = read_common_voice(_corpus(folder / "corpus"), ("train",), minimum=CLIPS_EACH).clips
     accelerator = Accelerator()

@@ -17,7 +17,7 @@ from attune.speech.age.options import AgeModelOptions
 from attune.training.common_voice import read_common_voice
 from attune.training.losses import age_loss, class_weights
 from attune.training.pipeline import Outcome, train_age_model
-from attune.training.trainer import TrainingError
+from attune.training.settings import TrainingError
 
 from .conftest import SETTINGS
 

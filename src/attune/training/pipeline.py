@@ -1,6 +1,7 @@
 """From a Common Voice folder to a trained model: everything that `attune train-age` does."""
 
 import json
+import shutil
 from collections.abc import Callable, Sequence
 from dataclasses import asdict, dataclass, field, replace
 from importlib.metadata import version
@@ -32,10 +33,12 @@ from attune.training.common_voice import (
 from attune.training.feature_cache import FeatureCache
 from attune.training.metrics import Measures, Predictions, measure, softmax
 from attune.training.model_card import model_card
+from attune.training.settings import TrainingResult, TrainingSettings
 from attune.training.sources import CachedSource, SoundSource, Source
-from attune.training.trainer import Trainer, TrainingResult, TrainingSettings, predict
+from attune.training.trainer import Trainer, predict
 
 MODEL_FOLDER = "model"
+RUNS_FOLDER = "runs"
 REPORT_FILE = "training_report.json"
 
 Progress = Callable[[str, int, int], None]
@@ -131,6 +134,11 @@ def train_age_model(request: TrainingRequest, progress: Progress | None = None) 
     target = request.out / MODEL_FOLDER
     if target.exists() and not request.restart:
         raise AttuneError(f"{target} already holds a trained model", "Give another folder, or use --restart")
+    if request.restart and accelerator.is_main_process:
+        # At once, so that the new run can be taken up when it is interrupted.
+        shutil.rmtree(target, ignore_errors=True)
+        shutil.rmtree(request.out / RUNS_FOLDER, ignore_errors=True)
+    accelerator.wait_for_everyone()
     corpus = read_common_voice(request.corpus, request.files, request.minimum)
     split = split_clips(
         corpus.clips,
@@ -192,7 +200,7 @@ class _Trial:
                 for clips in (self._split.training, self._split.validation)
             ]
             sound = SoundSource(good[0], model, request.workers), SoundSource(good[1], model, request.workers)
-        folder = request.out / "runs" / name.replace(" ", "-")
+        folder = request.out / RUNS_FOLDER / name.replace(" ", "-")
         trainer = Trainer(
             model,
             training,
@@ -202,7 +210,6 @@ class _Trial:
             sound=sound,
             progress=lambda done, total: self._progress(f"training {name}", done, total),
             accelerator=accelerator,
-            restart=request.restart,
         )
         result = trainer.train()
         self._trainers.append(trainer)

@@ -8,7 +8,7 @@ from collections.abc import Callable, Sequence
 from dataclasses import asdict, dataclass, field
 from functools import partial
 from pathlib import Path
-from typing import Any, Literal
+from typing import Any
 
 import numpy as np
 import torch
@@ -17,83 +17,14 @@ from accelerate.utils import gather_object
 from numpy.typing import NDArray
 from torch import Tensor, nn
 
-from attune.core.errors import AttuneError
 from attune.speech.age.whisper_classifier import WhisperAgeClassifier
+from attune.training.feature_cache import encoder_fingerprint
 from attune.training.losses import age_loss, class_weights
 from attune.training.metrics import fit_temperature
+from attune.training.settings import Epoch, TrainingError, TrainingResult, TrainingSettings
 from attune.training.sources import Batch, CachedSource, Source, plan_batches, read_ahead
 
 STATE_FILE = "state.pt"
-
-
-class TrainingError(AttuneError):
-    """Training cannot begin or go on."""
-
-
-@dataclass(frozen=True, slots=True, kw_only=True)
-class TrainingSettings:
-    """How to train. The defaults are the paper's where it says (10 epochs, 1e-3, linear warm-up).
-
-    Attributes:
-        batch_size: Clips per step and process.
-        learning_rate: Of the classifier, at the end of the warm-up; it falls linearly to 0 from there.
-        encoder_learning_rate: Of the encoder, once it is unfrozen.
-        warmup: Share of all steps over which the rate rises from 0.
-        unfreeze_after: Epochs after which the encoder learns too; None keeps it frozen.
-        class_weights: Count every group alike, or every clip.
-        precision: Mixed precision: `no`, `fp16` or `bf16`.
-        patience: Epochs without a lower validation loss after which training stops.
-        save_every: Steps between two saved states.
-        seed: Of order, dropout and first weights.
-    """
-
-    epochs: int = 10
-    batch_size: int = 32
-    learning_rate: float = 1e-3
-    encoder_learning_rate: float = 1e-5
-    warmup: float = 0.1
-    weight_decay: float = 0.01
-    unfreeze_after: int | None = None
-    class_weights: Literal["balanced", "none"] = "balanced"
-    precision: Literal["no", "fp16", "bf16"] = "no"
-    patience: int = 3
-    save_every: int = 500
-    seed: int = 0
-
-    def __post_init__(self) -> None:
-        for name in ("epochs", "batch_size", "patience", "save_every"):
-            if getattr(self, name) < 1:
-                raise TrainingError(f"{name} = {getattr(self, name)} is not allowed", "Take a number from 1 on")
-        if not 0 <= self.warmup < 1:
-            raise TrainingError(f"warmup = {self.warmup} is not allowed", "Take a share from 0 to under 1")
-
-
-@dataclass(frozen=True, slots=True, kw_only=True)
-class Epoch:
-    """What one epoch came to; losses as trained, per clip."""
-
-    number: int
-    training_loss: float
-    validation_loss: float
-    validation_accuracy: float
-    learning_rate: float
-
-
-@dataclass(frozen=True, slots=True, kw_only=True)
-class TrainingResult:
-    """What training came to. The model holds the weights of the best epoch.
-
-    Attributes:
-        temperature: By which the logits should be divided, found on the validation clips.
-        resumed_at: Step from which a former run was taken up, 0 when it began anew.
-    """
-
-    history: tuple[Epoch, ...]
-    best_epoch: int
-    temperature: float
-    steps: int
-    resumed_at: int
-    stopped_early: bool
 
 
 @dataclass(slots=True)
@@ -121,7 +52,6 @@ class Trainer:
         sound: (training, validation) from sound, needed when `unfreeze_after` is set and the others are cached.
         progress: Called with the steps done and their total.
         accelerator: From `accelerate`, when several models are trained in one process.
-        restart: Forget an interrupted run.
     """
 
     def __init__(
@@ -135,7 +65,6 @@ class Trainer:
         sound: tuple[Source, Source] | None = None,
         progress: Callable[[int, int], None] = lambda done, total: None,
         accelerator: Accelerator | None = None,
-        restart: bool = False,
     ) -> None:
         if settings.unfreeze_after is not None and sound is None:
             raise TrainingError("the encoder cannot learn from cached features", "Give the sound as well")
@@ -145,7 +74,6 @@ class Trainer:
         self._settings = settings
         self._folder = folder
         self._progress = progress
-        self._restart = restart
         self._accelerator = accelerator or Accelerator(mixed_precision=settings.precision)
         groups = np.array([clip.group for clip in training.clips])
         weights = class_weights(groups) if settings.class_weights == "balanced" else np.ones(9, np.float32)
@@ -186,7 +114,7 @@ class Trainer:
             temperature=fit_temperature(logits, groups),
             steps=self._run.step,
             resumed_at=resumed_at,
-            stopped_early=stopped,
+            stopped_early=self._run.epoch < self._settings.epochs,
         )
 
     def discard_state(self) -> None:
@@ -262,9 +190,9 @@ class Trainer:
             stop = self._end_epoch(module, frozen, per_epoch, scheduler.get_last_lr()[0], writer)
             self._save_state(frozen, optimizer, scheduler)
             if stop:
-                return True
+                break
         accelerator.free_memory(module, optimizer)
-        return False
+        return self._is_stale()
 
     def _step(self, module: nn.Module, optimizer: Any, batch: Batch) -> float:
         accelerator = self._accelerator
@@ -340,6 +268,7 @@ class Trainer:
         facts = {
             "settings": asdict(self._settings) | {"save_every": 0},
             "options": self._model.options.to_data(),
+            "encoder": encoder_fingerprint(self._model),
             "clips": [[clip.path.name for clip in source.clips] for source in (training, validation)],
             "processes": self._accelerator.num_processes,
         }
@@ -369,7 +298,7 @@ class Trainer:
 
     def _read_state(self) -> dict[str, Any] | None:
         path = self._folder / STATE_FILE
-        if self._restart or not path.exists():
+        if not path.exists():
             return None
         data: dict[str, Any] = torch.load(path, map_location="cpu", weights_only=True)
         if data["plan"] != self._plan:
