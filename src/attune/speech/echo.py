@@ -96,7 +96,7 @@ class EchoCanceller:
         self._processing.set_stream_delay_ms(0)
         heard = self._frame(block)
         self._processing.process_stream(heard)
-        return np.frombuffer(bytes(heard.data), np.int16).astype(np.float32) / 32768
+        return np.frombuffer(bytes(heard.data), np.int16).astype(np.float32) / np.float32(32768)
 
     def _reference(self) -> Samples:
         """What the robot plays during the next block."""
