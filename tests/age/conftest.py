@@ -62,6 +62,7 @@ def tiny_config(**changes: object):  # type: ignore[no-untyped-def]
         decoder_attention_heads=2,
         decoder_ffn_dim=64,
         vocab_size=64,
+        init_std=0.15,
     )
     return WhisperConfig(**(sizes | ids | changes))
 
