@@ -1,6 +1,6 @@
 """What the robot knows: objects as it saw them, what it holds and how, and the imagined worlds made of that."""
 
-from collections.abc import Iterable
+from collections.abc import Hashable, Iterable
 from dataclasses import dataclass
 
 import numpy as np
@@ -63,6 +63,15 @@ class Beliefs:
     def free_arms(self) -> tuple[Arm, ...]:
         """Arms that hold nothing."""
         return tuple(arm for arm in ARMS if arm not in self.held)
+
+    def surroundings(self) -> Hashable:
+        """What the robot must drive around, to compare with: believed objects and open doors, to the centimetre."""
+        objects = (
+            (name, *(round(value, 2) for value in (*percept.pose.position, *percept.pose.orientation)))
+            for name, percept in self.seen.items()
+        )
+        doors = (round(self._world.container_position(box.name), 2) for box in self._world.scene.containers)
+        return frozenset(objects), tuple(doors)
 
     def imagine(self, *, grasping: tuple[Arm, str] | None = None, empty: Arm | None = None) -> Imagination:
         """The kitchen as believed, the robot as it stands.

@@ -35,6 +35,12 @@ class Footprint:
     points: tuple[Array, ...]
 
     @property
+    def all_points(self) -> tuple[Array, NDArray[np.intp]]:
+        """The points of all slabs, shape (k, 2), and the slab of each, shape (k,)."""
+        counts = [len(points) for points in self.points]
+        return np.concatenate(self.points), np.repeat(np.arange(len(counts), dtype=np.intp), counts)
+
+    @property
     def radius(self) -> float:
         """Of the circle around the base's origin that holds all points [m]."""
         return max((float(np.linalg.norm(p, axis=1).max()) for p in self.points if len(p)), default=0.0)
@@ -73,6 +79,7 @@ class Costmap:
                 self._distance.append(distance_transform_edt(~occupied) * RESOLUTION - RESOLUTION / 2)
             else:
                 self._distance.append(np.full(self.shape, _OPEN))
+        self._all_distances: Array = np.stack(self._distance)
 
     def cell(self, points: Array) -> NDArray[np.intp]:
         """Cells of points (..., 2), clipped to the map."""
@@ -88,16 +95,17 @@ class Costmap:
 
         Exact to about half a cell.
         """
-        cosine, sine = np.cos(poses[:, 2]), np.sin(poses[:, 2])
-        result = np.full(len(poses), _OPEN)
-        for points, distance in zip(body.points, self._distance, strict=True):
-            if not len(points):
-                continue
-            x = poses[:, 0, None] + cosine[:, None] * points[:, 0] - sine[:, None] * points[:, 1]
-            y = poses[:, 1, None] + sine[:, None] * points[:, 0] + cosine[:, None] * points[:, 1]
-            cells = self.cell(np.stack((x, y), axis=2))
-            np.minimum(result, distance[cells[..., 0], cells[..., 1]].min(axis=1), out=result)
-        return result
+        points, slab = body.all_points
+        if not len(points):
+            return np.full(len(poses), _OPEN)
+        # In cells, so that truncation is the floor: the map begins at its origin, and what lies before it is clipped.
+        x, y = (points / RESOLUTION).T
+        cosine, sine = np.cos(poses[:, 2])[:, None], np.sin(poses[:, 2])[:, None]
+        origin = (poses[:, :2] - self.origin) / RESOLUTION
+        columns = (origin[:, 0, None] + cosine * x - sine * y).clip(0, self.shape[0] - 1).astype(np.intp)
+        rows = (origin[:, 1, None] + sine * x + cosine * y).clip(0, self.shape[1] - 1).astype(np.intp)
+        flat = (slab * self.shape[0] + columns) * self.shape[1] + rows
+        return cast("Array", self._all_distances.take(flat).min(axis=1))
 
     def free_at(self, yaw: float, body: Footprint, margin: float) -> Mask:
         """Cells on which the robot can stand at this yaw, shape of the map."""

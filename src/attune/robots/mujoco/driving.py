@@ -1,7 +1,7 @@
 """Driving the base: a route, its timing, and a watch for what comes into the way."""
 
 import math
-from collections.abc import Callable
+from collections.abc import Callable, Hashable
 from dataclasses import dataclass
 
 import anyio
@@ -55,7 +55,7 @@ class Driving:
         self._beliefs = beliefs
         self._clock = clock
         self._costmap: Costmap | None = None
-        self._surroundings = b""
+        self._surroundings: Hashable = None
 
     async def floor(self) -> tuple[Costmap, Footprint]:
         """The costmap and the robot's footprint as things are now."""
@@ -63,9 +63,9 @@ class Driving:
 
     async def _map(self) -> Costmap:
         """The costmap; made anew only when something else is in the way than before."""
-        world = self._beliefs.imagine()
-        surroundings = world.surroundings()
+        surroundings = self._beliefs.surroundings()
         if self._costmap is None or surroundings != self._surroundings:
+            world = self._beliefs.imagine()
             self._costmap = await self._clock.run_in_thread(lambda: Costmap(world.obstacle_solids()))
             self._surroundings = surroundings
         return self._costmap

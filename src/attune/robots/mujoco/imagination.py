@@ -249,17 +249,6 @@ class Imagination:
         geoms = [g for g in range(m.ngeom) if m.geom_contype[g] in bits]
         return solids(m, self.data, geoms, (base.x, base.y, base.yaw))
 
-    def surroundings(self) -> bytes:
-        """What `obstacle_solids` depends on, to compare with: where furniture and believed objects are."""
-        robot = np.isin(self.model.jnt_bodyid, np.flatnonzero(self.model.body_rootid == self._robot_root))
-        state = self.data.qpos.copy()
-        for joint in np.flatnonzero(robot):
-            state[self.model.jnt_qposadr[joint]] = 0.0
-        for name, _ in self._carried.values():
-            address = self.model.jnt_qposadr[self.model.body(name).jntadr[0]]
-            state[address : address + 7] = 0.0
-        return bytes(np.round(state, 3).tobytes())
-
     def obstacle_solids(self) -> list[Solid]:
         """Furniture and believed objects in the map frame."""
         mujoco.mj_kinematics(self.model, self.data)

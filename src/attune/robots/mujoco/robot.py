@@ -47,7 +47,7 @@ from attune.robots.simulated import TrueObject
 
 _STANDSTILL = 0.01
 """A robot whose joints are all slower than this stands still [rad/s or m/s]."""
-_POSES = 3
+_POSES = 2
 """Base poses that a search gives."""
 _CUT_OFF = 6
 """Base poses without a way to them after which a search is given up."""
