@@ -75,12 +75,14 @@ class Touch:
         """Contacts that are not permitted: robot part, thing; without duplicates.
 
         Args:
-            held: What each arm holds, which the whole arm may touch.
+            held: What each arm holds. The robot may touch it anywhere: a box in the hand that brushes the torso stays
+                in the hand, while a robot that called this a collision could never move again.
         """
         found: dict[tuple[str, str], None] = {}
+        carried = {name for name in held.values() if name is not None}
         for part, other in self._contacts:
             arm, thing = self._arm[part], self._name[other]
-            permitted = arm is not None and (thing == held[arm] or (self._hand[part] and thing in self._permitted[arm]))
+            permitted = thing in carried or (arm and self._hand[part] and thing in self._permitted[arm])
             if not permitted:
                 found[self._name[part], thing] = None
         return tuple(found)
