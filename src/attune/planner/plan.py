@@ -20,7 +20,7 @@ from attune.robots.interface import RobotFailure
 T = TypeVar("T")
 
 
-class PlanFailure(AttuneError):  # noqa: N818 - named like the robot's failures
+class PlanFailure(AttuneError):
     """A plan cannot reach its goal for a reason that is not the robot's."""
 
 
