@@ -1,0 +1,82 @@
+"""`attune eval speech`: how well and how fast Attune hears, on synthetic speech or on recordings."""
+
+from pathlib import Path
+from typing import Annotated
+
+import typer
+
+
+def eval_speech(
+    samples: Annotated[
+        Path | None, typer.Argument(help="Common Voice folder or TSV, or a JSON Lines list; without: synthetic speech.")
+    ] = None,
+    asr: Annotated[str, typer.Option(help="The recogniser: auto, sphinx or whisper.")] = "",
+    snr: Annotated[
+        list[float] | None, typer.Option(help="Also with pink noise at this signal-to-noise ratio [dB]; repeatable.")
+    ] = None,
+    sample: Annotated[int, typer.Option(min=0, help="At most so many sentences (of each kind); 0 takes all.")] = 0,
+    voices: Annotated[int, typer.Option(min=0, help="At most so many synthetic voices; 0 takes all.")] = 0,
+    suppress_noise: Annotated[bool, typer.Option(help="Lower steady noise first, with WebRTC's processing.")] = False,
+    out: Annotated[Path, typer.Option(help="Gets speech.md, speech.json and speech.png.")] = Path("speech-evaluation"),
+    config: Annotated[Path | None, typer.Option(help="Configuration file, if not attune.toml.")] = None,
+    as_json: Annotated[bool, typer.Option("--json", help="Print the report as JSON.")] = False,
+) -> None:
+    """Measure error rates, end of sentences, stop words and off-topic speech.
+
+    Example: attune eval speech --sample 10 --snr 20 --snr 10
+    """
+    import json
+
+    from rich.console import Console
+    from rich.markdown import Markdown
+    from rich.progress import Progress
+
+    from attune.core.config import load_config, with_values
+    from attune.core.errors import MissingDependencyError
+    from attune.core.scene import load_scene
+    from attune.dialogue.completeness import completeness
+    from attune.dialogue.corpus import domain_sentences, scene_lexicon
+    from attune.dialogue.grammar.interpreter import GrammarInterpreter
+    from attune.evaluation.speech import Ears, evaluate_speech
+    from attune.evaluation.speech_report import draw, to_data, to_markdown, write_report
+    from attune.evaluation.speech_samples import held_out_speakers, read_samples, synthetic_set
+    from attune.speech.choice import make_recogniser
+    from attune.speech.echo import EchoCanceller
+
+    settings = with_values(load_config(config), {"speech": {"asr": asr}} if asr else {})
+    scene = load_scene(Path(settings.robot.scene) if settings.robot.scene else None)
+    sentences = domain_sentences(scene)
+    interpreter = GrammarInterpreter(scene_lexicon(scene))
+    speakers = held_out_speakers()
+    # Spread, so that a few voices are of both engines.
+    count = min(voices, len(speakers)) if voices else len(speakers)
+    chosen = [speakers[index * len(speakers) // count] for index in range(count)]
+    spoken = read_samples(samples, sample) if samples else synthetic_set(chosen, sample)
+    ears = Ears(
+        make_recogniser=lambda: make_recogniser(settings.speech.asr, sentences),
+        config=settings.speech,
+        is_complete=completeness(scene) if spoken.domain else lambda _: None,
+        intent=lambda text: interpreter.read(text).intent,
+        confidence_ask=settings.dialogue.confidence_ask,
+    )
+    if suppress_noise:
+        ears = Ears(
+            ears.make_recogniser, ears.config, ears.is_complete,
+            lambda: EchoCanceller(noise_suppression=True).clean, ears.intent, ears.confidence_ask,
+        )  # fmt: skip
+    words = scene.vocabulary
+    keywords = frozenset({*words.types, *words.colors, *words.places, "small", "big", "breakfast"})
+    conditions = (None, *(snr or ()))
+    with Progress(console=Console(stderr=True), transient=True) as bars:
+        bar = bars.add_task("listening", total=len(spoken.samples) * len(conditions))
+        evaluation = evaluate_speech(spoken, ears, conditions, lambda heard: bars.advance(bar, heard))
+    written = write_report(evaluation, keywords, out)
+    if as_json:
+        typer.echo(json.dumps(to_data(evaluation, keywords), indent=2))
+    else:
+        Console().print(Markdown(to_markdown(evaluation, keywords).split("\n## Errors")[0]))
+        typer.echo(f"Written: {', '.join(map(str, written))}.")
+    try:
+        draw(evaluation, keywords, out / "speech.png")
+    except MissingDependencyError as error:
+        typer.echo(f"attune: no plot: {error}", err=True)
