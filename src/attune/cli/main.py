@@ -12,6 +12,7 @@ from attune.cli.devices import devices
 from attune.cli.doctor import doctor
 from attune.cli.eval_age import eval_age
 from attune.cli.eval_language import eval_language
+from attune.cli.eval_planner import eval_planner
 from attune.cli.listen import listen
 from attune.cli.live import live
 from attune.cli.profile import profile_app
@@ -36,6 +37,7 @@ for command in COMMANDS:
 eval_app = typer.Typer(name="eval", help="Measure: one command per module, each with a report.", no_args_is_help=True)
 eval_app.command(name="language")(eval_language)
 eval_app.command(name="age")(eval_age)
+eval_app.command(name="planner")(eval_planner)
 app.add_typer(eval_app)
 app.add_typer(profile_app, name="profile")
 

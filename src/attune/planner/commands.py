@@ -199,6 +199,12 @@ class Rules:
         changed, verdict = self._want(
             command, without, command.add, place, named_place=True, excluded=frozenset({old.individual})
         )
+        if verdict.reason == "already_there":
+            # What is wanted instead stands there: all there is to do is to take the old one away.
+            for delivery in without.open:
+                if delivery.command == command.id:
+                    changed = changed.change(delivery.id, kind="put_back")
+            return Decision(changed, (Verdict("accepted", object=self._described(old)), verdict))
         return Decision(changed, (verdict,))
 
     # --- change location ---------------------------------------------------------------------------------------

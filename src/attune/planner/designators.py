@@ -166,4 +166,5 @@ def _radius(extent: Point) -> float:
 
 
 def _distance_to(surface: Surface, user: tuple[float, float]) -> float:
-    return min(math.dist(point[:2], user) for point in _grid(surface))
+    x, y = surface.from_map(*user)
+    return math.hypot(max(0.0, abs(x) - surface.size[0] / 2), max(0.0, abs(y) - surface.size[1] / 2))
