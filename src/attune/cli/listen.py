@@ -37,11 +37,14 @@ def listen(
     from attune.core.scene import load_scene
     from attune.dialogue.corpus import domain_sentences
     from attune.speech.audio import ArraySource, AudioError, Microphone, read_recording
-    from attune.speech.choice import make_recogniser
+    from attune.speech.choice import choose_recogniser
 
     settings = with_values(load_config(config), {"speech": {"asr": asr}} if asr else {})
     scene = load_scene(Path(settings.robot.scene) if settings.robot.scene else None)
-    recogniser = make_recogniser(settings.speech.asr, domain_sentences(scene))
+    chosen = choose_recogniser(settings.speech, domain_sentences(scene))
+    if settings.speech.asr == "auto":
+        typer.echo(f"attune: {chosen}", err=True)
+    recogniser = chosen.recogniser
     failed = False
 
     def hear(source: str, audio: AudioSource, clock: Clock) -> None:
@@ -87,12 +90,18 @@ async def _listen(
     from attune.speech.age.choice import make_age_estimator
     from attune.speech.listener import Listener
 
+    heard_anything = False
+
     def utterance(heard: Utterance) -> None:
+        nonlocal heard_anything
+        heard_anything = True
         fields = ("start", "end", "text", "alternatives", "confidence", "in_domain", "age")
         data = to_data(heard)
         _print({"file": source} | {name: data[name] for name in fields})
 
     def stop(signal: StopSignal) -> None:
+        nonlocal heard_anything
+        heard_anything = True
         _print({"file": source, "stop_at": signal.time})
 
     def warn(event: Event) -> None:
@@ -105,6 +114,8 @@ async def _listen(
     bus.on(SPEECH_STOP, stop)
     bus.on(EVENT, warn)
     await Listener(bus, clock, audio, (), settings, age=age, recogniser=recogniser).run()
+    if not heard_anything:
+        typer.echo(f"attune: {source}: no speech that could be understood", err=True)
 
 
 def _print(data: dict[str, Any]) -> None:

@@ -1,8 +1,9 @@
 """The `attune` command: it only assembles. One file per command; each imports what is heavy when it runs."""
 
+import os
 import sys
 from collections.abc import Callable, Iterator
-from typing import Any
+from typing import Any, NoReturn
 
 import typer
 
@@ -53,11 +54,11 @@ def main() -> None:
     """Run the command line. An error that a person can mend is one line, not a traceback; exit status 2."""
     try:
         app()
-    except AttuneError as error:
+    except (AttuneError, BrokenPipeError) as error:
         _fail(error)
     except BaseExceptionGroup as group:
         # A task group wraps what its tasks raise: show the first error that a person can mend.
-        known = next((leaf for leaf in _leaves(group) if isinstance(leaf, AttuneError)), None)
+        known = next((leaf for leaf in _leaves(group) if isinstance(leaf, (AttuneError, BrokenPipeError))), None)
         if known is None:
             raise
         _fail(known)
@@ -71,6 +72,10 @@ def _leaves(group: BaseExceptionGroup[BaseException]) -> Iterator[BaseException]
             yield error
 
 
-def _fail(error: AttuneError) -> None:
+def _fail(error: BaseException) -> NoReturn:
+    if isinstance(error, BrokenPipeError):
+        # Whoever read our output has enough (`| head`): end quietly, and do not flush into the closed pipe.
+        os.dup2(os.open(os.devnull, os.O_WRONLY), sys.stdout.fileno())
+        sys.exit(0)
     typer.echo(f"attune: {error}", err=True)
     sys.exit(2)

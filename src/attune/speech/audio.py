@@ -25,6 +25,10 @@ _SILENT = 1e-4
 """Under this peak (-80 dB) a recording holds nothing."""
 
 
+_LEAST_RATE = 11_025
+"""Telephone sound (8000 samples per second) is recognised as other words; from here on it works [Hz]."""
+
+
 class AudioError(AttuneError):
     """A recording cannot be used."""
 
@@ -128,8 +132,9 @@ def to_mono_16k(samples: NDArray[Any], sample_rate: int, name: str = "the record
 
     if samples.ndim not in {1, 2}:
         raise AudioError(name, f"has the shape {samples.shape}", "Give samples of shape (n,) or (n, channels)")
-    if sample_rate < 4000:
-        raise AudioError(name, f"has {sample_rate} samples per second", "Record with at least 8000; 16000 is best")
+    if sample_rate < _LEAST_RATE:
+        problem = f"has {sample_rate} samples per second, which lack the high sounds that tell words apart"
+        raise AudioError(name, problem, f"Record with at least {SAMPLE_RATE}")
     if samples.dtype.kind == "i":
         samples = samples / np.float32(np.iinfo(samples.dtype).max)
     mono = np.asarray(samples.mean(axis=1) if samples.ndim == 2 else samples, dtype=np.float32)
