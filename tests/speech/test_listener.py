@@ -10,12 +10,10 @@ import pytest
 from attune.core.bus import EVENT, SPEECH_ACTIVITY, SPEECH_STOP, UTTERANCE, Bus
 from attune.core.clock import VirtualClock, run
 from attune.core.config import SpeechConfig
-from attune.core.errors import MissingDependencyError
 from attune.core.messages import SpeechActivity, StopSignal, Utterance
 from attune.evaluation.speakers import Speaker, UserAudio, noise, people, with_noise
 from attune.speech.age.norms import NormsEstimator
 from attune.speech.audio import ArraySource, AudioSource, Samples
-from attune.speech.choice import make_recogniser
 from attune.speech.listener import Listener
 from attune.speech.sphinx import SphinxRecogniser
 
@@ -162,8 +160,3 @@ def test_an_event_never_carries_what_was_said_in_its_text(recogniser: SphinxReco
     ear.listen(ArraySource(room(0.5, ANNA.say("bring me a cup"), 1.0)), recogniser)
     assert texts
     assert not any("cup" in text for text in texts)
-
-
-def test_a_recogniser_that_is_not_there_says_so() -> None:
-    with pytest.raises(MissingDependencyError, match="Whisper"):
-        make_recogniser("whisper", ["stop"])

@@ -13,8 +13,11 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
+from attune.core.config import SpeechConfig
 from attune.speech.audio import Samples
+from attune.speech.choice import choose_recogniser
 from attune.speech.domain_fit import DomainFit
+from attune.speech.sphinx import SphinxRecogniser
 from attune.speech.whisper import WhisperRecogniser, hot_words, plain
 from attune.speech.whisper_weights import WhisperWeightsError, cached_weights, fetch_weights
 
@@ -194,3 +197,15 @@ def test_weights_that_are_not_here_are_one_clear_error(tmp_path: Path, monkeypat
             fetch_weights(model)
         assert "speech.asr" in failure.value.remedy
         assert "\n" not in str(failure.value)
+
+
+def test_auto_takes_whisper_when_its_weights_are_here_and_says_why(weights: Path, tmp_path: Path) -> None:
+    taken = choose_recogniser(SpeechConfig(whisper_model=str(weights)), SENTENCES)
+    assert isinstance(taken.recogniser, WhisperRecogniser)
+    assert "its weights are on this machine" in str(taken)
+    fallback = choose_recogniser(SpeechConfig(whisper_model=str(tmp_path / "none")), SENTENCES)
+    assert isinstance(fallback.recogniser, SphinxRecogniser)
+    assert "not on this machine" in fallback.reason
+    assert isinstance(choose_recogniser(SpeechConfig(asr="sphinx"), SENTENCES).recogniser, SphinxRecogniser)
+    with pytest.raises(WhisperWeightsError):
+        choose_recogniser(SpeechConfig(asr="whisper", whisper_model=str(tmp_path / "none")), SENTENCES)

@@ -40,7 +40,7 @@ def eval_speech(
     from attune.evaluation.speech import Ears, evaluate_speech
     from attune.evaluation.speech_report import draw, to_data, to_markdown, write_report
     from attune.evaluation.speech_samples import held_out_speakers, read_samples, synthetic_set
-    from attune.speech.choice import make_recogniser
+    from attune.speech.choice import choose_recogniser
     from attune.speech.echo import EchoCanceller
 
     settings = with_values(load_config(config), {"speech": {"asr": asr}} if asr else {})
@@ -53,7 +53,7 @@ def eval_speech(
     chosen = [speakers[index * len(speakers) // count] for index in range(count)]
     spoken = read_samples(samples, sample) if samples else synthetic_set(chosen, sample)
     ears = Ears(
-        make_recogniser=lambda: make_recogniser(settings.speech.asr, sentences),
+        make_recogniser=lambda: choose_recogniser(settings.speech, sentences).recogniser,
         config=settings.speech,
         is_complete=completeness(scene) if spoken.domain else lambda _: None,
         intent=lambda text: interpreter.read(text).intent,

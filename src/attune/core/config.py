@@ -44,6 +44,8 @@ class SpeechConfig(_Section):
     """The same after a fragment such as "bring me the" [s]."""
     max_utterance: float = Field(20.0, gt=0, le=120)
     """Longest utterance [s]; it ends there, and what was heard is used."""
+    whisper_model: str = "small.en"
+    """Whisper's weights: a size, a name on the Hugging Face hub, or a folder (converted for CTranslate2)."""
     microphone: str = ""
     """Name or number of the input device; "" takes the system's default."""
     age: str = "norms"

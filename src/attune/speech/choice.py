@@ -1,28 +1,58 @@
-"""Which recogniser listens."""
+"""Which recogniser listens, and why."""
 
+import importlib.util
 from collections.abc import Sequence
-from typing import Literal
+from dataclasses import dataclass
 
-from attune.core.errors import MissingDependencyError
+from attune.core.config import SpeechConfig
 from attune.speech.recogniser import Recogniser
 from attune.speech.sphinx import SphinxRecogniser
 
 
-def make_recogniser(asr: Literal["auto", "sphinx", "whisper"], sentences: Sequence[str]) -> Recogniser:
-    """The recogniser that the configuration asks for. Takes about a second the first time, then 0.1 s.
+@dataclass(frozen=True, slots=True)
+class ChosenRecogniser:
+    """A recogniser and the reason for it.
+
+    Attributes:
+        reason: A clause for people: "PocketSphinx, because ...".
+    """
+
+    recogniser: Recogniser
+    reason: str
+
+    def __str__(self) -> str:
+        """What listens and why, in one line."""
+        return f"listening with {self.recogniser.name}, because {self.reason}"
+
+
+def choose_recogniser(config: SpeechConfig, sentences: Sequence[str]) -> ChosenRecogniser:
+    """The recogniser that the configuration asks for. `auto` takes Whisper when its weights are on this machine.
+
+    PocketSphinx takes about a second the first time, then 0.1 s. Whisper fetches its weights the first time (with
+    `whisper` only, never with `auto`), and then takes some seconds to load them.
 
     Args:
-        asr: `auto` is PocketSphinx, because no other recogniser's weights are here.
+        config: Names the recogniser, and Whisper's weights.
         sentences: What people may say; see `SphinxRecogniser`.
 
     Raises:
         MissingDependencyError: It is not installed.
+        WhisperWeightsError: The weights are not here and cannot be fetched.
         UnpronounceableWordError: A word of the sentences cannot be learned.
     """
-    if asr == "whisper":
-        raise MissingDependencyError(
-            "the Whisper recogniser",
-            "`asr = whisper`",
-            "This version listens with PocketSphinx only: set `speech.asr` to sphinx or auto",
-        )
-    return SphinxRecogniser(sentences)
+    from attune.speech.whisper import WhisperRecogniser
+    from attune.speech.whisper_weights import cached_weights, fetch_weights, require_whisper
+
+    if config.asr == "whisper":
+        require_whisper()
+        weights = fetch_weights(config.whisper_model)
+        return ChosenRecogniser(WhisperRecogniser(weights, sentences), "the configuration says so")
+    if config.asr == "sphinx":
+        return ChosenRecogniser(SphinxRecogniser(sentences), "the configuration says so")
+    if importlib.util.find_spec("faster_whisper") is None:
+        return ChosenRecogniser(SphinxRecogniser(sentences), "faster-whisper is not installed")
+    if found := cached_weights(config.whisper_model):
+        return ChosenRecogniser(WhisperRecogniser(found, sentences), "its weights are on this machine")
+    return ChosenRecogniser(
+        SphinxRecogniser(sentences), f"the weights of Whisper {config.whisper_model} are not on this machine"
+    )

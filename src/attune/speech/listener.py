@@ -11,11 +11,12 @@ from attune.core.bus import EVENT, SPEECH_ACTIVITY, SPEECH_STOP, UTTERANCE, Bus
 from attune.core.clock import Clock
 from attune.core.config import SpeechConfig
 from attune.core.events import Event
+from attune.core.log import get_logger
 from attune.core.messages import AgeEstimate, SpeechActivity, StopSignal, Utterance
 from attune.speech.age.estimator import AgeEstimator
 from attune.speech.age.tracker import AgeTracker
 from attune.speech.audio import AudioSource, Frame
-from attune.speech.choice import make_recogniser
+from attune.speech.choice import choose_recogniser
 from attune.speech.endpointing import Endpointer, SpeechBegan, SpeechEnded
 from attune.speech.recogniser import Recogniser, Recognition
 from attune.speech.stop_spotter import StopSpotter
@@ -90,7 +91,11 @@ class Listener:
             await self._watch(ears, send)
 
     def _make_ears(self) -> _Ears:
-        recogniser = self._recogniser or make_recogniser(self._config.asr, self._sentences)
+        recogniser = self._recogniser
+        if recogniser is None:
+            chosen = choose_recogniser(self._config, self._sentences)
+            get_logger("speech").info("recogniser", name=chosen.recogniser.name, reason=chosen.reason)
+            recogniser = chosen.recogniser
         return _Ears(Endpointer(self._config), StopSpotter(), recogniser)
 
     async def _watch(self, ears: _Ears, send: MemoryObjectSendStream[_Heard]) -> None:
