@@ -119,6 +119,8 @@ class Lexicon:
                 for phrase in phrases:
                     self._add(phrase, group, value)
         self.longest = max(len(key) for key in self.phrases)
+        self._parts = {word for phrase in self.phrases for word in phrase}
+        self._parts |= {word for kind in file.verbs.model_dump().values() for phrase in kind for word in phrase.split()}
 
     def extended(self, objects: Iterable[ObjectSpec], places: Iterable[str] = ()) -> "Lexicon":
         """A lexicon that also knows the types, colours and places of these objects.
@@ -136,6 +138,10 @@ class Lexicon:
         wider.longest = max(len(key) for key in wider.phrases)
         return wider
 
+    def knows(self, word: str) -> bool:
+        """Whether a word is part of any phrase."""
+        return word in self._parts or word in self.adjectives or word in self.numbers
+
     def values(self, group: Group) -> tuple[str, ...]:
         """The canonical values of a group."""
         return tuple(dict.fromkeys(entry.value for entry in self.phrases.values() if entry.group == group))
@@ -147,7 +153,8 @@ class Lexicon:
 
     def _learn(self, value: str, group: Group) -> None:
         phrase = " ".join(value.lower().replace("_", " ").replace("-", " ").split())
-        if phrase and tuple(phrase.split()) not in self.phrases:
+        known = self.phrases.get(tuple(phrase.split()))
+        if phrase and (known is None or known.group == "unknown"):
             self._add(phrase, group, value)
 
     def _add(self, phrase: str, group: Group, value: str) -> None:

@@ -23,11 +23,18 @@ _KNOWN_OPENERS = words(
     "exactly correct rather maybe perhaps again another more later today anyhow basically seriously sure "
     "certainly absolutely definitely oops whoops pardon excuse hmm welcome goodbye bye sir still yet "
     "besides furthermore moreover alternatively otherwise afterwards meanwhile secondly lastly second "
+    "third yo dude lovely sounds hmm say ahh super duper alas finally eventually ideally quietly slowly gently carefully immediately fast hopefully possibly kindly gosh golly crikey blimey darn drat ouch yikes yay yeah "
+    "obviously clearly naturally surprise help everything nothing something anything nobody now then beautiful "
+    "what who whom whose which where how why neither either none both all any some each every much many most few "
+    "only even too very such he she they me him her them us myself yourself next earlier hopefully "
     "third here there this that it you i we see fantastic super awesome correction wrong mistake "
     "apologies hungry thirsty tired careful easy slower faster louder quieter and but or if when while "
     "since because as after before until once fetch bring get"
 )
 _AUX = words("can could would will did do have are")
+_ORDERS = words("bring get fetch pass hand give put take grab stop wait leave find set lay make")
+_MODALS = words("can could would will")
+_TWO_NAMES = 2
 _THIRD_PERSON = re.compile(
     r"^(?:needs|wants|would like|likes|is|has|was|said|says|asked|told|and|also|or|had|dropped|broke)\b"
 )
@@ -47,16 +54,30 @@ def is_for_someone_else(tokens: Sequence[Token], lexicon: Lexicon) -> bool:
         if rest[0] in _TO_YOU and not _THIRD_PERSON.match(" ".join(rest)):
             # "anna is here" speaks about her, "anna did you ..." to her; neither is for the robot.
             return True
-    if (
-        len(words) > 3
-        and words[1] == ","
-        and words[2] in _AUX
-        and words[3] == "you"
-        and words[0] not in _KNOWN_OPENERS | lexicon.robot
-    ):
-        return lexicon.phrases.get((words[0],)) is None
+    if _calls_a_stranger(tokens, words, at, lexicon):
+        return True
     end = len(words)
     while end and words[end - 1] in {".", "?", "please", "thanks"}:
         end -= 1
     called = lexicon.names | (lexicon.people - {"sir", "madam"})
+    if words[0] != "you":
+        called -= lexicon.robot  # "leave it be, sweetheart", but not "you take the fork, sweetie"
     return end >= 3 and words[end - 1] in called and words[end - 2] in {",", "you"}
+
+
+def _calls_a_stranger(tokens: Sequence[Token], words: Sequence[str], at: int, lexicon: Lexicon) -> bool:
+    """Whether a request begins with a word or two that nobody says to the robot: "Mary Lou, pass ..."."""
+
+    def is_stranger(word: str) -> bool:
+        return word.isalpha() and word not in _KNOWN_OPENERS | _OPENERS | lexicon.robot and not lexicon.knows(word)
+
+    comma = words.index(",", at, at + 3) if "," in words[at : at + 3] else 0
+    called = words[at:comma] if comma > at else words[at : at + 1]
+    if not called or not all(is_stranger(word) for word in called):
+        return False
+    if len(called) == _TWO_NAMES and not tokens[at + 1].capital:
+        return False
+    rest = words[comma + 1 :] if comma > at else words[at + 1 :]
+    if len(rest) > 1 and rest[0] in (_AUX if comma > at else _MODALS) and rest[1] == "you":
+        return True
+    return comma > at and len(rest) > 1 and (rest[0] in _ORDERS or rest[0] == "please" and rest[1] in _ORDERS)

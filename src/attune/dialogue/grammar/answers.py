@@ -100,6 +100,9 @@ def _options(text: str, context: Context, reader: PhraseReader, whole: str) -> t
             if source is None:
                 continue
             spec = replace(spec, type=source.type)
+            if options and options[-1].type == spec.type and options[-1].size and spec.size and not spec.color:
+                # "The big white plate or the small one?": that one is white too.
+                spec = replace(spec, color=options[-1].color)
         located = re.search(rf"\bT{number} P(\d+)", sentence.skeleton)
         if located and sentence.spots[int(located[1])].role in {"at", "from"}:
             spec = replace(spec, location=spec.location or sentence.spots[int(located[1])].place)
@@ -143,19 +146,21 @@ def read_answer(text: str, sentence: Sentence, question: Question, context: Cont
         return _chosen(options[:1])
     refused = re.fullmatch(r"(?:no |, |well )*not T(\d+)(?: please| ,)*", text)
     if refused and len(options) == _TWO:
-        unwanted = _pick(sentence.things[int(refused[1])], int(refused[1]), f"T{refused[1]}", sentence, options)
+        number = int(refused[1])
+        unwanted = _pick(sentence.things[number], number, f"T{number}", sentence, options, context)
         return _chosen(tuple(option for option in options if option != unwanted)) if unwanted else None
     chosen = [
         option
         for number, thing in enumerate(sentence.things)
-        if f"T{number}" in text.split() and (option := _pick(thing, number, text, sentence, options))
+        if f"T{number}" in text.split() and (option := _pick(thing, number, text, sentence, options, context))
     ]
     things = [thing for number, thing in enumerate(sentence.things) if f"T{number}" in text.split()]
     if chosen and len(chosen) == len(things):
         return _chosen(tuple(dict.fromkeys(chosen)))
     if not things and sentence.spots:
-        at_place = [option for option in options if option.location == sentence.spots[-1].place]
-        return _chosen((at_place[0],)) if len(at_place) == 1 else None
+        place = sentence.spots[-1].place
+        at_place = [option for option in options if _place_of(option, context) == place]
+        return _chosen((replace(at_place[0], location=place),)) if len(at_place) == 1 else None
     if len(things) == 1 and things[0].head != "noun" and not _LEADING_NO.match(text) and not things[0].other:
         kinds = {option.type for option in options}
         if len(kinds) == 1:
@@ -164,7 +169,7 @@ def read_answer(text: str, sentence: Sentence, question: Question, context: Cont
 
 
 def _pick(
-    thing: Thing, number: int, text: str, sentence: Sentence, options: tuple[ObjectSpec, ...]
+    thing: Thing, number: int, text: str, sentence: Sentence, options: tuple[ObjectSpec, ...], context: Context
 ) -> ObjectSpec | None:
     """The only option that fits what was said."""
     if re.search(rf"\b(?:not|no) T{number}\b", text) and not text.startswith("no T"):
@@ -179,14 +184,22 @@ def _pick(
     fitting = [
         option
         for option in options
-        if is_described_by(replace(spec, location=""), option) and spec.location in {"", option.location}
+        if is_described_by(replace(spec, location=""), option) and spec.location in {"", _place_of(option, context)}
     ]
     if thing.compared and not fitting:
         sized = sorted(options, key=lambda option: ("small", "", "normal", "big").index(option.size))
         fitting = [sized[-1] if spec.size == "big" else sized[0]]
     if len(fitting) > 1 and thing.other:
         return None
-    return fitting[0] if len(fitting) == 1 else None
+    return replace(fitting[0], location=fitting[0].location or spec.location) if len(fitting) == 1 else None
+
+
+def _place_of(option: ObjectSpec, context: Context) -> str:
+    """Where an option is: as the question said, or as the scene knows."""
+    if option.location:
+        return option.location
+    places = {has.location for has in context.scene if is_described_by(option, has)}
+    return places.pop() if len(places) == 1 else ""
 
 
 def _place_answer(text: str, sentence: Sentence, question: Question) -> Interpretation | None:

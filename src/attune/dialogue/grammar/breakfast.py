@@ -19,6 +19,14 @@ _SET_TABLE = re.compile(
     rf"do) {_TABLE}(?: (?:ready|up|set|laid|for {_MEAL}|for (?:me|us|two|one|three|four)))*\b"
 )
 _TABLE_SET = re.compile(r"\btable (?:to be |needs to be )?(?:set|laid|ready|prepared)\b")
+_WERE_DONE = re.compile(
+    rf"\b(?:if|wish) (?:{_TABLE}|(?:the |my |our )?{_MEAL}) (?:was|were|is|could be|got) "
+    r"(?:all )?(?:set|laid|made|ready|prepared|served|on)\b"
+)
+_SOMEBODY_DID = re.compile(
+    r"(?<!can )(?<!could )(?<!shall )(?<!should )(?<!may )\b(?:i|we|he|she|they|who) (?:had to|have to|used to|did|"
+    r"will|already|always|just|never|usually|often) (?:\w+ )?$"
+)
 _OTHER_MEAL = re.compile(r"\b(?:dinner|lunch|supper|tea|brunch|tennis|games?|cards|poker)\b")
 _TALK = re.compile(
     r"^(?:what(?! about)|where|when|who|did|does|have you|has|was|were|is|how (?!about)|why (?!do not|will)|"
@@ -51,7 +59,11 @@ def wants_breakfast(plain: str, has_things: bool) -> bool:
         table = _SET_TABLE.search(clause) or _TABLE_SET.search(clause)
         if not meal and (not table or _OTHER_MEAL.search(clause)):
             continue
+        if _WERE_DONE.search(clause) and not clause.startswith(("do you", "did", "have you", "i wonder", "who")):
+            return True
         if _NOT_NOW.search(_without_politeness(clause)):
+            continue
+        if table and _SOMEBODY_DID.search(clause[: table.start()]):
             continue
         if (
             table

@@ -21,6 +21,7 @@ _WEAK = (
     r"i would like)"
 )
 MARKER = rf"(?:(?: {_WEAK})*? {_STRONG}(?: (?:{_WEAK}|{_STRONG}))*?)"
+_UNKNOWN_CORRECTED = re.compile(rf"\b(?:the|a|an|my|some) (?!T\d|P\d)[a-z]+{MARKER} (?=T\d)")
 _THING = re.compile(rf"\bT(\d+)((?: P\d+)*){MARKER} T(\d+)\b")
 _SPOT = re.compile(rf"\bP(\d+){MARKER} P(\d+)\b")
 _TRAILING = re.compile(r"\bT(\d+)((?: P\d+)*) (?:, )?(?:or )?T(\d+) i mean\b")
@@ -42,6 +43,7 @@ _NEGATED_BEFORE = re.compile(
 def settle(sentence: Sentence, text: str) -> tuple[Sentence, str, bool]:
     """Merge what was corrected or described twice. Says whether anything was corrected."""
     things, spots = list(sentence.things), list(sentence.spots)
+    text = _UNKNOWN_CORRECTED.sub("", text)
     corrected = False
     for pattern in (_TRAILING, _THING, _AFTERWARDS):
         while (match := pattern.search(text)) and not _NEGATED_BEFORE.search(text[: match.start()].rstrip()):

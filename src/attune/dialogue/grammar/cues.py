@@ -15,7 +15,8 @@ NEGATIVE = re.compile(
     r"(?: me| us| to have| you to bring| you to bring me| to eat| to use| to drink from)*|\bnot|\bno need for|"
     r"\bnor|wrong|"
     r"\b(?:put|take|bring|carry) (?:away|back)|except(?: for)?|sick of|enough of|\bwithout|\bskip|\bless|"
-    r"against using|"
+    r"against using|can not (?:\w+ )?(?:abide|stand|bear|eat|drink|have|digest|stomach)|(?:^|[.,] |\b(?:i|we) (?:\w+ )?)(?:hate|"
+    r"dislike|detest)|allergic to|tired of|fed up with|"
     r"have not asked for|never asked for|never wanted|never said|not asked for|changed my mind (?:about|on|"
     r"regarding)|"
     r"(?:am|are|was|were|be) not (?:after|looking for)|no more)$"
@@ -28,12 +29,25 @@ SWAP_PAIR = re.compile(
     r"(?:for|with|against|by|to|into|and|in for|over to)(?: (?:please|just|,))* (?P<new>T\d+)"
 )
 ONLY_CHANGE = re.compile(
-    rf"\b(?:want|need|like|rather|prefer|have|love|put)\b.*?\b(?:have )?{frames.PRONOUN}(?: \w+)? P\d+"
+    rf"\b(?:want|need|like|rather|prefer|have|love|put)\b.*?\b(?:have )?{frames.PRONOUN}(?: \w+)? P\d+|"
+    r"P\d+ (?:would|will|might|should|is|is going to) be (?:\w+ )?(?:better|best|nicer|preferable|fine|good|great|"
+    r"perfect|lovely|ideal|easier|handier|more \w+)|P\d+ (?:is|seems) (?:\w+ )?(?:better|best|nicer|preferable)|"
+    r"\b(?:destination|location|place|spot|goal|target)\b.*? P\d+"
 )
 TRAVEL = re.compile(r"\b(?:go|look|check|open|head|walk|drive|search|run|peek|have a look|come|hop|roll)\b")
 PASSIVE = re.compile(
     r"(?:can|could|would|may|should) T\d+(?: please)? (?:be|get) (?:brought|fetched|put|placed|taken|delivered|"
     r"carried|moved|served|handed|set)"
+)
+CONTRAST = re.compile(r"\bT\d+(?: P\d+)?(?: please)?(?: ,)? (?:instead of|rather than|in place of|and not) T\d+")
+ASKS_FOR_ANOTHER = re.compile(
+    r"\b(?:have you(?: not)?(?: got)?|do you(?: not)? have|have not you(?: got)?|do not you have|"
+    r"(?:is|are)(?: not)? there(?: not)?|you got)(?: maybe| perhaps| also| by any chance)* T(\d+)"
+)
+NOT_ASKED_FOR = re.compile(
+    r"\b(?:that|this|it) (?:is|was) (?:not|never) (?:what|the (?:one|thing)|which) i (?:\w+ )?"
+    r"(?:asked for|wanted|ordered|said|meant|had in mind|was after)\b|\bi (?:did not|never) (?:ask(?:ed)? for|order(?:ed)?|"
+    r"want(?:ed)?|mean|meant|say|said) (?:that|this|it)(?: one)?\b"
 )
 PLEASE = re.compile(
     r"(?:^|[,.] (?:so |now |and |next |then |great |just |anyway )*)(?:please )(?:just )?T\d+(?: P\d+)?(?: (?:and|"
@@ -45,7 +59,8 @@ LOCATED = re.compile(r"T(\d+)(?: (?:is|are|should be|must be|might be|stands?|si
                       r"somewhere|kept|still|"
                       r"i think|left|over|there|right|just|now|probably|which|that|in there|inside|"
                       r",))*$")  # fmt: skip
-PRONOUN_OBJECT = re.compile(rf"^(?:(?:me|us|over|back|down|,|please|just|then) )*{frames.PRONOUN}\b")
+PRONOUN_OBJECT = re.compile(rf"^(?:(?:me|us|over|back|down|,|please|just|then) )*(?:{frames.PRONOUN}\b|some(?= *(?:[.,?]|$| please| too)))")
+OTHER_PLACE = re.compile(r"(?: ,)?(?: and)? (?:rather than|instead of|not) P\d+")
 NEGATIVE_SPOT = re.compile(r"(?:instead of|rather than|in place of|\bnot|\bthan)$")
 FILLER = words(
     "please thanks thank you and also too as well now then okay ok robot for me us if possible would "
@@ -64,6 +79,12 @@ FILLER = words(
 def without_purpose(body: str) -> str:
     """Cut off what it is for: "a bowl for my T1", "a knife to cut T1"."""
     body = re.sub(r"(?<=[TP]\d)( please)? for (?:my |the |our |a )?T\d+", r"\1", body)
+    body = re.sub(
+        r" , (?:it|that|they|which) (?:is|are|was|were) (?:T\d+ )?(?:that |which )?"
+        r"(?:i|my|we|our|he|she|they|you|his|her) [^.?]*",
+        "",
+        body,
+    )
     body = re.sub(r"\b(?:so that|so) (?:i|we) .*", "", body)
     body = re.sub(r"\b(?:because|since|(?<!well )as) (?:i|my|we|the|our|it|T\d+) .*", "", body)
     body = re.sub(

@@ -87,15 +87,21 @@ _WANT = (
     r"would be (?:very |so |really )?(?:grateful|thankful|glad|happy|delighted|pleased) (?:for|with|about|to have|"
     r"to get)|"
     r"could handle|may need|might need|might want|shall have|shall need|are in need of|are after|are looking for|"
-    r"would rather|would sooner have|wouldn't mind|would not mind|would not say no to|like)"
+    r"would rather|would sooner have|wouldn't mind|would not mind|would not say no to|like|"
+    r"(?:would|should|could|might|do|did)(?: very much| really| quite| rather| so| sure| surely| certainly)* "
+    r"(?:fancy|enjoy|welcome|want|need|prefer|use|do with|mean|ask for|say|order)|"
+    r"(?:will|shall|am going to) be (?:wanting|needing|having)|am going to (?:want|have|take)|"
+    r"have (?:got )?a (?:\w+ )?(?:mind|craving|hankering|longing|taste|fancy|yen) for|"
+    r"meant|said|asked for|ordered|had asked for|was asking for|had ordered)"
 )
 _TO_HAVE = (
     r"(?: (?:to|please to) (?:please |also |just )?(?:have|get|eat|drink|use|try|order|be given|take|enjoy|borrow|"
     r"receive|"
-    r"ask for|ask you for|request|see|start with|hold|drink from|eat from|get hold of|be brought)| having| getting)?"
+    r"ask for|ask you for|request|read|wear|play with|put on|write with|look at|listen to|finish|try on|sit on|"
+    r"see|start with|hold|drink from|eat from|get hold of|be brought)| having| getting)?"
 )
 _GAP = (
-    r"(?: (?:please|also|just|maybe|perhaps|some of|you to have|now|really|like|uh|you know|say|well|actually|"
+    r"(?: (?:me|us|please|also|just|maybe|perhaps|some of|you to have|now|really|like|uh|you know|say|well|actually|"
     r"only|,|back))*"
 )
 WISH = re.compile(
@@ -105,7 +111,7 @@ WISH = re.compile(
     r" (?:have|get|grab|take|borrow|trouble you for|bother you for|ask(?: you)? for|be given|get hold of|receive|"
     r"see|use)"
     r"|(?:think|if|whether|mind if|that|hoping|maybe|perhaps|wondering) (?:i|we) (?:could|can|might|may|"
-    r"would)(?: please| also)?"
+    r"would)(?: please| also| just| only| possibly| maybe)*"
     r" (?:have|get|grab|take|borrow|ask for|trouble you for|bother you for)"
     r"|let (?:me|us)(?: please| just| all)? (?:have|get|go for|take|use)"
     r"|(?:is|would|was) there (?:be )?(?:any|a|some) (?:chance|possibility|way)(?: of| for| that| to| i| we)*"
@@ -117,7 +123,7 @@ WISH = re.compile(
     r"|(?:would it be|is it)(?: \w+)? possible (?:for (?:me|us) )?to (?:have|get|see)"
     r"|(?:it|that) would be \w+ (?:to (?:have|get)|with)|would be \w+ to (?:have|get)"
     r"|(?:my|our) (?!T\d)\w+ (?:needs|would like|would love|wants|also needs|still needs|need)"
-    r"|do you have|have you got|have you"
+    r"|do you have|have you got|have you|do not forget|remember"
     rf")(?={_GAP} T\d)"
 )
 LACK = re.compile(
@@ -135,7 +141,7 @@ PRAISE = re.compile(
     r"excellent|"
     r"amazing|appreciated|ideal|better|best|welcome|helpful|marvellous|cool|grand|needed|awesome|enough)|"
     r"do(?: nicely| fine)?|"
-    r"hit the spot|help)\b"
+    r"hit the spot|help|go down (?:well|nicely|a treat)|come in handy|make me happy)\b"
 )
 NEEDED = re.compile(rf"({T}(?: (?:and|,) {T})*) (?:is|are) (?:also |still )?(?:needed|required|wanted|missing)\b")
 POINTING_WISH = re.compile(
@@ -155,7 +161,8 @@ QUESTION = re.compile(
 PAST = re.compile(
     r"\b(?:yesterday|last (?:week|night|month|year|time|summer|winter|monday|sunday|friday|saturday)|ago|used to|"
     r"when (?:i|we) (?:was|were)|every (?:day|morning|week|time|evening)|always|usually|once upon|tomorrow|next week|"
-    r"the other day|back then|in the old days|this morning|never)\b"
+    r"the other day|back then|in (?:the old|those|the good old|olden) days|in my (?:day|youth|time)|"
+    r"this morning|never)\b"
 )
 NEVER_BEFORE_VERB = words(
     "i he she we they it who someone somebody everyone people nobody to not never do does did will would can could "
@@ -206,10 +213,18 @@ _ASIDE = re.compile(
     r"for (?:me|us)|hold on|hang on|wait(?: a (?:minute|moment|second|sec))?|hold it|one moment|just a (?:minute|"
     r"moment|second)|"
     r"would that be (?:okay|possible|all right|alright)|is that (?:okay|possible|all right|alright)|good morning|"
-    r"good evening|good afternoon)\b"
+    r"good evening|good afternoon|silly me|dear me|oh dear|(?:my )?goodness(?: me| gracious)?|bless (?:you|me|your heart)|"
+    r"mind you)\b"
+)
+
+
+_TAG = re.compile(
+    r"(?: ,|(?<=[TP]\d)) (?:did|do|does|is|are|was|were|have|has|had|will|would|could|can|should) (?:not )?"
+    r"(?:i|you|it|we|they|there|he|she)(?: not)?(?: please| now)?(?= *(?:[.?,]|$))"
 )
 
 
 def without_asides(text: str) -> str:
-    """A skeleton without courtesies and other asides, which say nothing about what is wanted."""
+    """A skeleton without courtesies, tag questions and other asides, which say nothing about what is wanted."""
+    text = _TAG.sub(" ", f"{text} ")
     return " ".join(_ASIDE.sub(" ,", f"{text} ").split()).strip(" ,")

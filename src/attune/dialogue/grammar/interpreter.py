@@ -26,12 +26,16 @@ from attune.dialogue.words import words
 NOTHING_KNOWN = Context()
 _KEPT_LEXICONS = 32
 _LONGEST_FRAGMENT = 12
+_SHORT_OPENING = 5
 _INSTRUCTIONS = frozenset({"bring_me", "replace_object", "change_location", "setting_breakfast"})
 _GIVES_UP = re.compile(r"(?:\w+ )*?(?:cancel|forget|scrap|scratch|never ?mind|drop|call)\b")
 _WAITS = re.compile(r"(?:\w+ )*?(?:wait|hold on|hang on)\b")
 _CUT_OFF = re.compile(
+    r"\b(?:put|place|set|lay|leave|stand|move)(?: \S+){0,3}? T\d+ (?:on|in|at|by|under|next to|inside)[ .,]*$|"
     r"\bT\d+ (?:(?:to|and|or|from|into|onto)(?: the| a| my)?|(?:on|in|of|with|at) (?:the|a|my))[ .,]*$"
 )
+_BEFORE_A_NAME = words("hey hello hi dear okay please oh yes no so well now excuse me listen look good morning thank you , .")
+_ALSO_ADJECTIVES = words("love man machine dear friend pet duck sugar honey")
 _DANGLING = words(
     "the a an my your our to from on in of with and or some that this bring get fetch put take "
     "give hand pass could can would you want need like i for at into onto its their his her"
@@ -166,7 +170,7 @@ class GrammarInterpreter:
         key = context.scene
         if key not in self._extended:
             lexicon = self._lexicon.extended(key) if key else self._lexicon
-            self._extended[key] = (lexicon, PhraseReader(lexicon))
+            self._extended[key] = (lexicon, PhraseReader(lexicon, {spec.type for spec in key}))
             if len(self._extended) > _KEPT_LEXICONS:
                 self._extended.popitem(last=False)
         self._extended.move_to_end(key)
@@ -185,7 +189,8 @@ def _breaks_off(words: Sequence[str]) -> bool:
     """Whether a sentence ends where none does: "bring me the", "could you"."""
     if not words or len(words) > _LONGEST_FRAGMENT or words[-1] not in _DANGLING:
         return False
-    return words[-1] not in {"you", "it"} or (len(words) > 1 and words[-2] in {"can", "could", "would", "will"})
+    asks_you = words[-2:-1] and words[-2] in {"can", "could", "would", "will"} and len(words) <= _SHORT_OPENING
+    return words[-1] not in {"you", "it"} or bool(asks_you)
 
 
 def _decide(wanted: Wanted, text: str, context: Context, said: tuple[ObjectSpec, ...]) -> Interpretation | None:  # noqa: PLR0911 - one rule per return
@@ -242,7 +247,7 @@ def _corrects(wanted: Wanted, text: str) -> bool:
 
 def _is_moving(wanted: Wanted, context: Context, additive: bool) -> bool:
     """Whether the objects named with a place are those the robot is about already."""
-    if additive or not wanted.asked or not context.busy:
+    if additive or not (wanted.asked or wanted.moves) or not context.busy:
         return False
     about = context.recent
     return all(definite for definite in wanted.definite) and all(
@@ -271,18 +276,17 @@ def _without_names_of_robot(tokens: list[Token], lexicon: Lexicon) -> list[Token
     """Leave out what the robot is called at the beginning or the end ("robot, ...", "..., mate")."""
     words = [token.text for token in tokens]
     kept = list(tokens)
-    for length in (3, 2, 1):
-        for start in (0, 1):
-            if " ".join(words[start : start + length]) in lexicon.robot and (
-                start == 0 or words[0] in {"hey", "hello", "hi", "dear", "okay", "please", "oh", "yes", "no", "so"}
-            ):
-                rest = kept[start + length :]
-                if rest and not (
-                    length == 1
-                    and words[start] in {"love", "man", "machine", "dear", "friend"}
-                    and rest[0].text not in {",", "."}
-                ):
+    start = 0
+    while start < len(words):
+        for length in (3, 2, 1):
+            rest = kept[start + length :]
+            if rest and " ".join(words[start : start + length]) in lexicon.robot:
+                ambiguous = length == 1 and words[start] in _ALSO_ADJECTIVES and rest[0].text not in {",", "."}
+                if not ambiguous:
                     return kept[:start] + (rest[1:] if rest[0].text == "," else rest)
+        if words[start] not in _BEFORE_A_NAME:
+            break
+        start += 1
     end = len(words)
     while end and words[end - 1] in {".", "?"}:
         end -= 1

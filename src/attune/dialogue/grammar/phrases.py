@@ -1,6 +1,6 @@
 """Finds the noun phrases ("the small red cup from the cabinet") and the places in a row of tokens."""
 
-from collections.abc import Sequence
+from collections.abc import Collection, Sequence
 from dataclasses import dataclass, replace
 
 from attune.core.messages import ObjectSpec, Size
@@ -73,7 +73,7 @@ class _Draft:
     different: bool = False
     another: bool = False
     ordinal: int = 0
-    described: bool = False
+    location: str = ""
 
     def take(self, entry: Entry) -> bool:
         """Add a property; False when one of its kind is there already."""
@@ -89,10 +89,16 @@ class _Draft:
 
 
 class PhraseReader:
-    """Reads tokens with a lexicon."""
+    """Reads tokens with a lexicon.
 
-    def __init__(self, lexicon: Lexicon) -> None:
+    Args:
+        lexicon: The words.
+        present: Types known to be there; "my glasses" are drinking glasses only where there are some.
+    """
+
+    def __init__(self, lexicon: Lexicon, present: Collection[str] = ()) -> None:
         self._lexicon = lexicon
+        self._present = present
 
     def items(self, tokens: Sequence[Token]) -> list[Item]:
         """All items of an utterance, in order."""
@@ -132,6 +138,8 @@ class PhraseReader:
             at += 1
         while at < len(words):
             found = self.match(words, at)
+            if found and found[0].group == "place" and not self._is_place(words, start, at, found[1], role):
+                return None
             if found and found[0].group == "place":
                 return Spot(found[0].value, role, definite), self._after_place(words, found[1])
             if found and found[0].group in {"color", "size"}:
@@ -141,6 +149,13 @@ class PhraseReader:
             else:
                 return None
         return None
+
+    def _is_place(self, words: Sequence[str], start: int, at: int, end: int, role: Role) -> bool:
+        """`the fridge milk` is no place, and "the side" is one only in "on the side"."""
+        if words[at] == "side" and end == at + 1:
+            return tuple(words[start:at]) in {("on", "the"), ("onto", "the"), ("over", "on", "the"), ("off", "the"),
+                                              ("down", "on", "the")} and words[end : end + 1] != ["of"]  # fmt: skip
+        return bool(role) or at == start or not self._nominal(words, end)
 
     def _after_place(self, words: Sequence[str], at: int) -> int:
         """Skip what only describes the place: "the shelf above the counter", "the cabinet over there"."""
@@ -155,6 +170,11 @@ class PhraseReader:
         return at
 
     def _thing(self, words: Sequence[str], start: int) -> tuple[Thing, int] | None:
+        named = self.match(words, start)
+        if named and named[0].group == "unknown" and words[start] in _DEFINITE:
+            noun = self._lexicon.phrases.get((words[named[1] - 1],))
+            if noun is None or noun.value not in self._present:
+                return replace(self._make(_Draft(), True, True, 1, named[0].value, ""), unknown=True), named[1]
         at, definite, article, count, another = self._determiner(words, start)
         draft = _Draft(another=another)
         at = self._adjectives(words, at, draft, article)
@@ -184,7 +204,7 @@ class PhraseReader:
 
     @staticmethod
     def _make(draft: _Draft, definite: bool, article: bool, count: int, type_: str, size: str) -> Thing:
-        spec = ObjectSpec(type=type_, color=draft.color, size=_size(size))
+        spec = ObjectSpec(type=type_, color=draft.color, size=_size(size), location=draft.location)
         return Thing(
             spec=spec,
             definite=definite,
@@ -244,6 +264,8 @@ class PhraseReader:
                     and self._nominal(words, at + 1)
                 ):
                     at += 1
+            elif found and found[0].group == "place" and article and not draft.location and self._nominal(words, found[1]):
+                draft.location, at = found[0].value, found[1]
             elif found:
                 break
             elif word in {"and", ","} and (draft.color or draft.size) and self._goes_on(words, at + 1, draft):

@@ -80,7 +80,7 @@ class RequestReader:
             self._objects(clause, "put")
             return
         if kind in {"plain", "swap"}:
-            if kind == "plain" and self._is_bare(clause.text, asks):
+            if kind == "plain" and (self._is_bare(clause.text, asks) or self._is_contrast(clause.text)):
                 self._objects(clause, "plain")
             else:
                 self._statement(clause)
@@ -148,6 +148,7 @@ class RequestReader:
         if cues.ONLY_CHANGE.search(text) and not frames.QUESTION.match(text):
             self._wanted.moves = True
             return True
+        text = cues.NOT_ASKED_FOR.sub(" ", text)
         cut = re.split(
             r"\b(?:for (?:my|the|our|a) (?!T\d)\w+|so (?:that )?i can .*|to (?:go|eat|drink|"
             r"have) .*)",
@@ -164,6 +165,16 @@ class RequestReader:
         ) and not re.search(r"\b(?:wrong|not)\b", text):
             return False
         return not residual or cues.PLEASE.search(text) is not None
+
+    def _is_contrast(self, text: str) -> bool:
+        """Whether one thing is named instead of another, or a different one asked for, in whatever words."""
+        if frames.PAST.search(text) or cues.SOMEBODY.match(text):
+            return False
+        asked_for = cues.ASKS_FOR_ANOTHER.search(text)
+        if asked_for and self._context.busy:
+            thing = self._things[int(asked_for[1])]
+            return thing.compared or thing.different or thing.other
+        return cues.CONTRAST.search(text) is not None and not frames.QUESTION.match(text)
 
     def _statement(self, clause: Clause) -> None:
         """Something said about things: it only tells what pointing words may mean, and where to look."""
@@ -205,7 +216,7 @@ class RequestReader:
         for number in lead_things:
             self._nouns.append(self._things[int(number)].spec)
         numbers = [int(n) for n in re.findall(r"\bT(\d+)", body)]
-        positive = [n for n in numbers if n not in self._negative]
+        positive = [n for n in numbers if n not in self._negative and not re.search(rf"\btoo T{n}\b", body)]
         for number in numbers:
             if number in self._negative and not self._excluded(body, number):
                 self._remove(number)
@@ -271,6 +282,8 @@ class RequestReader:
                 continue
             if kind == "fetch" and clause.verb == "get" and not numbers and not wanted.pronoun and spot.role == "to":
                 self._place_to_look = spot.place  # "get up to the cabinet"
+            elif cues.OTHER_PLACE.match(body[match.end() :]) and spot.role != "from":
+                wanted.destination = spot.place
             elif self._is_destination(spot, kind, body[: match.start()], numbers, seen):
                 wanted.destination = spot.place
                 wanted.moves = wanted.moves or not numbers
@@ -313,7 +326,7 @@ class RequestReader:
         if spec is None:
             self._wanted.unresolved = True
             return False
-        if thing.head == "noun" and (thing.other or thing.compared):
+        if thing.head == "noun" and thing.other:
             spec = resolve(replace(thing, head="one"), self._narrowed(spec), (), self._said) or spec
         if thing.count == 1 and (thing.definite or not thing.article) and spec in self._wanted.add:
             return True  # "the green cup, get me the green cup"
