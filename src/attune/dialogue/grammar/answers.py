@@ -107,6 +107,11 @@ def _options(text: str, context: Context, reader: PhraseReader, whole: str) -> t
         if located and sentence.spots[int(located[1])].role in {"at", "from"}:
             spec = replace(spec, location=spec.location or sentence.spots[int(located[1])].place)
         options.append(spec)
+        if either := re.search(rf"\bT{number} P(\d+)(?: ,)? or P(\d+)", sentence.skeleton):
+            # "the milk from the fridge or from the table"
+            places = [sentence.spots[int(n)] for n in either.groups()]
+            if all(place.role in {"from", "at"} for place in places):
+                options[-1:] = [replace(spec, location=place.place) for place in places]
     if len(options) > 1:
         # "Which cup would you like, the red or the blue one?": the cup as such is no option.
         bare = [spec for spec in options if not (spec.color or spec.size or spec.location)]
@@ -142,7 +147,7 @@ def read_answer(text: str, sentence: Sentence, question: Question, context: Cont
         return _chosen((options[_ORDINALS[ordinal["n"]]],))
     if plain and _BOTH.search(text) and len(options) > 1 and len(text.split()) <= 6:
         return _chosen(options)
-    if _ANY.search(text) and len(text.split()) <= 10:
+    if _ANY.search(text) and len(text.split()) <= 10 and not _names_something_else(text, sentence, options):
         return _chosen(options[:1])
     refused = re.fullmatch(r"(?:no |, |well )*not T(\d+)(?: please| ,)*", text)
     if refused and len(options) == _TWO:
@@ -166,6 +171,11 @@ def read_answer(text: str, sentence: Sentence, question: Question, context: Cont
         if len(kinds) == 1:
             return _chosen((replace(things[0].spec, type=kinds.pop()),))
     return None
+
+
+def _names_something_else(text: str, sentence: Sentence, options: tuple[ObjectSpec, ...]) -> bool:
+    named = [sentence.things[int(number)] for number in re.findall(r"\bT(\d+)\b", text)]
+    return any(thing.head == "noun" and thing.spec.type not in {o.type for o in options} for thing in named)
 
 
 def _pick(

@@ -12,6 +12,7 @@ from attune.dialogue.lexicon import Lexicon
 ClauseKind = Literal["fetch", "put", "wish", "lack", "swap", "drop", "plain"]
 
 
+_ASKS_YOU = re.compile(r"\b(?:can|could|would|will) you(?: please| also| to| maybe)*$|(?:^|[.,] )please(?: to)?$")
 _REPORTED = re.compile(r"\b(?:says?|said|told|tells?|asked|asks|wants?|recipe|he|she|they) .*\bto\b")
 
 
@@ -136,7 +137,7 @@ class ClauseCutter:
             for kind, pattern in patterns:
                 for match in pattern.finditer(text):
                     lead = self._lead(text, match)
-                    if frame.search(lead):
+                    if frame.search(lead) or (patterns is self._gerunds and _ASKS_YOU.search(lead)):
                         found.append(
                             _Head(kind, match.start() - len(lead.lstrip(" ,")), match.start(), match.end(), True)
                         )

@@ -29,6 +29,7 @@ SWAP_PAIR = re.compile(
     r"(?:for|with|against|by|to|into|and|in for|over to)(?: (?:please|just|,))* (?P<new>T\d+)"
 )
 ONLY_CHANGE = re.compile(
+    rf"^(?:(?:please|no|,) )*P\d+ (?:please )?{frames.PRONOUN}(?: things| stuff)?(?: please)?[ .,]*$|"
     rf"\b(?:want|need|like|rather|prefer|have|love|put)\b.*?\b(?:have )?{frames.PRONOUN}(?: \w+)? P\d+|"
     r"P\d+ (?:would|will|might|should|is|is going to) be (?:\w+ )?(?:better|best|nicer|preferable|fine|good|great|"
     r"perfect|lovely|ideal|easier|handier|more \w+)|P\d+ (?:is|seems) (?:\w+ )?(?:better|best|nicer|preferable)|"

@@ -97,7 +97,7 @@ _WANT = (
 _TO_HAVE = (
     r"(?: (?:to|please to) (?:please |also |just )?(?:have|get|eat|drink|use|try|order|be given|take|enjoy|borrow|"
     r"receive|"
-    r"ask for|ask you for|request|read|wear|play with|put on|write with|look at|listen to|finish|try on|sit on|"
+    r"having|getting|ask for|ask you for|request|read|wear|play with|put on|write with|look at|listen to|finish|try on|sit on|"
     r"see|start with|hold|drink from|eat from|get hold of|be brought)| having| getting)?"
 )
 _GAP = (
@@ -132,7 +132,8 @@ LACK = re.compile(
     r"am lacking)(?= (?:any |enough )?T\d)"
 )
 TERSE_WISH = re.compile(
-    r"(?:^|(?<=[.,?] )|(?<=and )|(?<=please )|(?<=robot ))(?:want|need|wanting|needing|would like)(?= T\d)"
+    r"(?:^|(?<=[.,?] )|(?<=and )|(?<=please )|(?<=robot ))(?:want|need|wanting|needing|would like)"
+    r"(?: to (?:have|get|eat|drink|use))?(?= T\d)"
 )
 PRAISE = re.compile(
     rf"({T}(?: (?:and|,|or) {T})*(?: {P})?)(?: too| also| as well)? (?:would|will|might|should)(?: really| also)? "
@@ -172,7 +173,7 @@ NEVER_BEFORE_VERB = words(
     "made make told asked said which what how when where if than as because about into just's one's us' s"
 )
 ADDITIVE = re.compile(
-    r"\b(?:too(?! T\d| \w+ing|\b \w+ ,)(?! much)|as well|also|another|one more|two more|more|in addition|"
+    r"\b(?:too(?! T\d| \w+ing|\b \w+ ,)(?! much)|(?:need|want|like|have|bring|me) too(?= T\d)|as well|also|another|one more|two more|more|in addition|"
     r"additionally|on top of that|extra|besides|"
     r"plus|"
     r"while you are (?:at it|there|up|about it)|at the same time|along with|together with|aswell|additional)\b|"
@@ -180,7 +181,7 @@ ADDITIVE = re.compile(
 )
 CORRECTION = re.compile(
     r"\b(?:instead|rather|prefer|wrong|i mean|i meant|i said|i wanted|i asked for|i was asking for|i had asked for|"
-    r"i did ask for|make (?:it|that)|change (?:it|that) (?:to|for|into)|change of plans?|changed? my mind|"
+    r"i did ask for|make (?:it|that)|(?:change|switch|swap)(?: over| it| that)? (?:to|for|into|with)|change of plans?|changed? my mind|"
     r"different|nicer|preferable|too T\d+|"
     r"on second thoughts?|actually|better|after all|not what i|misunderst\w+|mistake|not that one|not this one|"
     r"not that|"
@@ -202,7 +203,7 @@ _ASIDE = re.compile(
     r"if you (?:would|could) be so kind|would you(?: please| kindly)?(?= *(?:[.?]|$))|"
     r"could you(?: please)?(?= *(?:[.?]|$))|"
     r"excuse me|you know(?: what)?|let me think|let me see|i suppose|i guess|if i remember (?:right|correctly)|"
-    r"by the way|"
+    r"by the way|(?:just )?one (?:more|last|other) thing|another thing|something else|"
     r"to be honest|at your convenience|no rush|no hurry|there is no rush|that would be (?:\w+ )?(?:great|nice|"
     r"lovely|kind|"
     r"wonderful|perfect|good|fantastic|helpful)|that is (?:very )?(?:kind|nice|sweet) of you|many thanks|"
@@ -224,7 +225,11 @@ _TAG = re.compile(
 )
 
 
+_INSTEAD_FIRST = re.compile(r"\binstead (?=T\d+(?: ,)?(?: \w+){0,2} T\d)")
+
+
 def without_asides(text: str) -> str:
     """A skeleton without courtesies, tag questions and other asides, which say nothing about what is wanted."""
     text = _TAG.sub(" ", f"{text} ")
+    text = _INSTEAD_FIRST.sub("instead of ", text)
     return " ".join(_ASIDE.sub(" ,", f"{text} ").split()).strip(" ,")

@@ -19,7 +19,7 @@ _AMOUNTS: dict[tuple[str, ...], int] = {
     ("one", "of", "the"): 1, ("one", "of", "those"): 1, ("one", "of", "these"): 1, ("one", "of", "my"): 1,
     ("one", "of", "our"): 1, ("some", "of", "the"): 1, ("some", "of", "that"): 1, ("one", "more"): 1,
     ("all", "the"): 1, ("all", "of", "the"): 1, ("both", "of", "the"): 2, ("a", "bunch", "of"): 1,
-    ("a", "bowl", "of"): 1, ("a", "glass", "of"): 1, ("a", "slice", "of"): 1, ("a", "box", "of"): 1,
+    ("a", "slice", "of"): 1, ("a", "box", "of"): 1,
     ("the", "box", "of"): 1, ("the", "bottle", "of"): 1, ("the", "carton", "of"): 1, ("the", "packet", "of"): 1,
     ("a", "packet", "of"): 1, ("a", "bottle", "of"): 1, ("a", "carton", "of"): 1, ("a", "kind", "of"): 1,
 }  # fmt: skip
@@ -192,7 +192,9 @@ class PhraseReader:
             thing, at = replace(self._make(draft, definite, article, count, "", draft.size), head="one"), at + 1
         elif at > start and article and words[at - 1] == "one" and self._stands_alone(words, at - 1):
             thing = replace(self._make(draft, definite, article, count, "", draft.size), head="one")
-        elif (draft.color or draft.size or draft.other or draft.ordinal or another) and self._ends(words, at):
+        elif (draft.color or draft.size or draft.other or draft.ordinal or another) and (
+            self._ends(words, at) or self._denied_property(words, start, at)
+        ):
             if (draft.other or draft.ordinal) and not draft.color and not draft.size and not definite and not another:
                 return None
             thing = replace(self._make(draft, definite, article, count, "", draft.size), head="bare")
@@ -304,6 +306,11 @@ class PhraseReader:
     def _stands_alone(self, words: Sequence[str], at: int) -> bool:
         before = words[at - 1] if at else ""
         return self._ends(words, at + 1) and before not in {"no", "any", "every", "which", "some"}
+
+    def _denied_property(self, words: Sequence[str], start: int, at: int) -> bool:
+        """`not red blue`."""
+        found = self.match(words, at)
+        return bool(start) and words[start - 1] in {"not", "no"} and found is not None and found[0].group in {"color", "size"}
 
     def _ends(self, words: Sequence[str], at: int) -> bool:
         return at >= len(words) or words[at] in _BREAKS or words[at] in _AFTER_BARE

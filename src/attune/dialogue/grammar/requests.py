@@ -216,7 +216,7 @@ class RequestReader:
         for number in lead_things:
             self._nouns.append(self._things[int(number)].spec)
         numbers = [int(n) for n in re.findall(r"\bT(\d+)", body)]
-        positive = [n for n in numbers if n not in self._negative and not re.search(rf"\btoo T{n}\b", body)]
+        positive = [n for n in numbers if n not in self._negative and not self._too(n, body)]
         for number in numbers:
             if number in self._negative and not self._excluded(body, number):
                 self._remove(number)
@@ -245,6 +245,10 @@ class RequestReader:
                 if w not in cues.FILLER and w not in {"me", "us", "the", "a", "my", "some", "back", "down", "away"}
             ]
             self._wanted.unknown = self._wanted.unknown or " ".join(unknown[:3])
+
+    def _too(self, number: int, body: str) -> bool:
+        """`too big` says what is wrong, not what is wanted."""
+        return self._things[number].head == "bare" and re.search(rf"\btoo T{number}\b", body) is not None
 
     def _pronoun(self, clause: Clause, body: str) -> None:
         if not cues.PRONOUN_OBJECT.match(body):

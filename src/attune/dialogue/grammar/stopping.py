@@ -90,7 +90,7 @@ _GIVE_UP = re.compile(
     r"go(?: any further| on| there)?|proceed)(?: (?:it|that|this|anything|me anything|them|with (?:it|that)|"
     r"anything else|on|me that|any more|any further))*|"
     r"never you mind|(?:i|we) (?:will|can|could) (?:do|manage|cope) without(?: it| that| them)?|"
-    r"back off|(?:i|we) (?:do not|no longer|did not) (?:need|want)(?: it| that| this| anything|"
+    r"back off|(?:(?:i|we) )?(?:do not|no longer|did not) (?:need|want)(?: it| that| this| anything|"
     r" them)?(?: (?:any ?more|any ?longer|now|after all|at all|from you))*|"
     r"i (?:do not|no longer) want you to (?:do that|do it|continue|bring .*|go on)|no need(?: (?:any more|"
     r"for that|any longer|after all))?|"
