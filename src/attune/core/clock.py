@@ -1,8 +1,8 @@
 """Time. Everything takes a clock; nothing else reads the time or sleeps.
 
 `RealClock` is for people. `VirtualClock` is for tests and trials: waiting costs nothing, and the order of
-events is reproducible. Under a virtual clock every timer of the event loop (sleeps, deadlines, cancel scopes)
-runs in virtual time; time stands still while work runs in a thread.
+events is reproducible. Under a virtual clock every timer
+of the event loop (sleeps, deadlines, cancel scopes) runs in virtual time, and heavy work takes none of it.
 """
 
 import asyncio
@@ -13,6 +13,7 @@ from collections.abc import Awaitable, Callable
 from typing import Any, Protocol, TypeVar
 
 import anyio
+import anyio.lowlevel
 import anyio.to_thread
 
 T = TypeVar("T")
@@ -86,7 +87,6 @@ class VirtualClock:
 
     def __init__(self) -> None:
         self._now = 0.0
-        self._threads_at_work = 0
 
     def now(self) -> float:
         """Virtual seconds since the start."""
@@ -105,12 +105,10 @@ class VirtualClock:
             await anyio.sleep(period)
 
     async def run_in_thread(self, work: Callable[[], T]) -> T:
-        """Run `work` in a worker thread; virtual time stands still meanwhile."""
-        self._threads_at_work += 1
-        try:
-            return await anyio.to_thread.run_sync(work)
-        finally:
-            self._threads_at_work -= 1
+        """Run `work` at once, in the event loop: threads would race, and no two runs would be alike."""
+        self._check_loop()
+        await anyio.lowlevel.checkpoint()
+        return work()
 
     def _check_loop(self) -> None:
         loop = asyncio.get_running_loop()
@@ -138,8 +136,8 @@ class _VirtualSelector(selectors.DefaultSelector):
         ready = super().select(0)
         if ready or timeout == 0:
             return ready
-        if timeout is None or self._clock._threads_at_work:
-            # Only a thread (or a signal) can bring news: wait for it in real time.
+        if timeout is None:
+            # Nobody waits for time: only another thread, another process or a signal can bring news.
             return super().select(None)
         self._clock._now += timeout
         return []
