@@ -106,6 +106,25 @@ def test_a_person_who_speaks_over_it_silences_it_and_is_heard(speaker: Speaker, 
     talk.hold(recogniser, "i would like a red cup instead", at=3.0)
     assert talk.texts == ["i would like a red cup instead"]
     assert talk.voice[-1].state == "interrupted"
+    # What is handed over 0.1 s ahead is dropped by the output.
+    assert max(time for time, _ in talk.played) - 0.1 < 3.0 + 0.2
+
+
+@pytest.mark.parametrize("speaker", [ANNA, DAN], ids=lambda speaker: speaker.name)
+def test_a_backchannel_does_not_silence_it_for_good(speaker: Speaker, recogniser: SphinxRecogniser) -> None:
+    talk = Conversation(speaker)
+    talk.hold(recogniser, "uh huh", at=3.0)
+    assert talk.activity[0].speaking
+    assert talk.voice[-1].state == "finished"
+    assert talk.voice[-1].spoken == REPLY_TEXT
+    assert talk.stops == []
+
+
+@pytest.mark.parametrize("speaker", [ANNA, DAN], ids=lambda speaker: speaker.name)
+def test_stop_over_its_voice_is_heard(speaker: Speaker, recogniser: SphinxRecogniser) -> None:
+    talk = Conversation(speaker)
+    talk.hold(recogniser, "stop", at=3.0)
+    assert talk.texts == ["stop"]
 
 
 def test_what_comes_out_is_what_went_in_when_the_robot_is_silent() -> None:

@@ -3,10 +3,16 @@
 import json
 from pathlib import Path
 
+import anyio
 import numpy as np
 import pytest
 
+from attune.core.bus import REPLY, VOICE_STATUS, Bus
+from attune.core.clock import VirtualClock, run
+from attune.core.config import VoiceConfig
+from attune.core.messages import Reply
 from attune.voice.piper import PiperSynthesiser, PiperVoiceError
+from attune.voice.voice import Voice
 
 pytest.importorskip("piper", reason="the extra `piper` is not installed")
 onnx = pytest.importorskip("onnx", reason="needed to build a voice")
@@ -88,3 +94,19 @@ def test_a_voice_that_cannot_be_used_says_why_and_how_to_get_one(tmp_path: Path)
         with pytest.raises(PiperVoiceError, match=problem) as failure:
             PiperSynthesiser(str(tmp_path / name) if name.endswith("onnx") else name)
         assert "piper.download_voices" in failure.value.remedy
+
+
+def test_the_robot_s_voice_takes_it_from_the_configuration(voice: Path) -> None:
+    clock, bus, finished = VirtualClock(), Bus(), []
+    bus.on(VOICE_STATUS, lambda status: finished.append(status.spoken) if status.state == "finished" else None)
+
+    async def main() -> None:
+        async with anyio.create_task_group() as group:
+            group.start_soon(Voice(bus, clock, VoiceConfig(engine="piper", voice=str(voice), output="none")).run)
+            await clock.sleep(0)
+            bus.publish(REPLY, Reply(time=clock.now(), text="Here is the cup."))
+            await clock.sleep(10)
+            group.cancel_scope.cancel()
+
+    run(main, clock)
+    assert finished == ["Here is the cup."]

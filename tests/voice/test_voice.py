@@ -89,14 +89,14 @@ def test_a_person_who_goes_on_speaking_silences_it_and_it_knows_what_was_said() 
     stage.perform(script)
     status = stage.last(replies[0])
     assert status.state == "interrupted"
-    assert spoke_at[0] + 0.5 <= status.time <= spoke_at[0] + 0.7
+    assert spoke_at[0] + 0.8 <= status.time <= spoke_at[0] + 0.9
     assert LONG.startswith(status.spoken)
     assert 5 < len(status.spoken) < len(LONG) - 20
-    # What was handed over ahead of its time is dropped by the output; nothing later follows.
-    assert max(at for at, _ in stage.heard) <= status.time + 0.15
+    # It was silent from the beginning; what was handed over ahead of its time is dropped by the output.
+    assert max(at for at, _ in stage.heard) <= spoke_at[0] + 0.15
 
 
-def test_a_backchannel_lowers_the_voice_but_does_not_end_it() -> None:
+def test_a_backchannel_pauses_the_voice_and_it_goes_on_from_there() -> None:
     stage, replies = Stage(), []
 
     async def script() -> None:
@@ -109,11 +109,10 @@ def test_a_backchannel_lowers_the_voice_but_does_not_end_it() -> None:
 
     stage.perform(script)
     assert stage.states(replies[0]) == ["started", "finished"]
-
-    def loudness(start: float, end: float) -> float:
-        return float(np.sqrt(np.mean(np.concatenate([s for at, s in stage.heard if start <= at < end]) ** 2)))
-
-    assert loudness(1.12, 1.38) < 0.5 * loudness(2.0, 3.0)
+    assert stage.last(replies[0]).spoken == LONG
+    # 0.1 s had been handed over when it paused: the output drops it, and it is handed over again.
+    assert not [at for at, _ in stage.heard if 1.13 <= at < 1.39]
+    assert min(at for at, _ in stage.heard if at > 1.13) == pytest.approx(1.4, abs=0.03)
 
 
 def test_a_spotted_stop_silences_it_at_once_and_drops_what_was_to_come() -> None:

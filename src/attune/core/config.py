@@ -128,12 +128,15 @@ class VoiceConfig(_Section):
     output: Literal["speaker", "file", "none"] = "speaker"
     """`file` writes what is spoken into `file`; `none` speaks to nobody, at the same pace."""
     file: str = "attune-voice.wav"
+    engine: Literal["espeak", "piper"] = "espeak"
+    """`piper` sounds more natural and needs a voice's file."""
     voice: str = "en-gb"
-    """Language, and after a `+` a variant: `en-gb`, `en-us+f3`."""
+    """For espeak the language, and after a `+` a variant: `en-gb`, `en-us+f3`. For Piper a voice's name or file."""
     device: str = ""
     """Name or number of the output device; "" takes the system's default."""
-    barge_in: float = Field(0.5, ge=0, le=5)
-    """A person who speaks for this long silences the robot [s]; a shorter "uh-huh" does not."""
+    barge_in: float = Field(0.8, ge=0, le=5)
+    """The robot pauses for a person who speaks, and drops the rest if they go on for this long [s]; after a shorter
+    "uh-huh" it goes on. Counts until 0.2 s after the last sound."""
 
 
 class Config(_Section):

@@ -61,8 +61,11 @@ class PiperSynthesiser:
             self._voice: Any = PiperVoice.load(model)
         except Exception as error:  # noqa: BLE001 - the runtime raises classes of its own for broken files
             raise PiperVoiceError(voice, f"cannot be loaded ({type(error).__name__})") from None
-        self.sample_rate: int = self._voice.config.sample_rate
+
+    @property
+    def sample_rate(self) -> int:
         """Samples per second."""
+        return int(self._voice.config.sample_rate)
 
     def synthesise(
         self, text: str, *, voice: str = "", rate_wpm: int = 170, pitch: int = 50, loudness: float = 0.8

@@ -155,7 +155,7 @@ class SpeakerOutput:
 
 
 class Player:
-    """Plays samples through an output at the clock's pace, and can be turned down while it does.
+    """Plays samples through an output at the clock's pace, and can be paused while it does.
 
     Args:
         on_playback: Gets everything that sounds; echo cancellation takes it as its reference.
@@ -165,8 +165,8 @@ class Player:
         self._clock = clock
         self._output = output
         self._on_playback = on_playback
-        self.gain = 1.0
-        """A factor of the samples, 0 to 1."""
+        self.paused = False
+        """Set it to fall silent within 20 ms; unset it to go on from there."""
 
     async def play(self, samples: Samples, rate: int, on_position: Callable[[float], None] = lambda _: None) -> None:
         """Play to the end. Cancelling falls silent at once.
@@ -184,8 +184,15 @@ class Player:
         try:
             # A remainder under a microsecond is rounding: time may not move by so little.
             while (position := self._clock.now() - began) < length - 1e-6:
+                if self.paused:
+                    self._output.silence()
+                    while self.paused:
+                        on_position(position)
+                        await self._clock.sleep(_CHUNK)
+                    began = self._clock.now() - position
+                    sent = round(position * rate)
                 while sent < len(samples) and sent / rate <= position + _LEAD:
-                    piece = (samples[sent : sent + step] * self.gain).astype(np.float32)
+                    piece = samples[sent : sent + step]
                     self._output.send(piece, rate)
                     if self._on_playback:
                         self._on_playback(piece, rate, began + sent / rate)

@@ -2,7 +2,7 @@
 
 import ctypes
 from dataclasses import dataclass
-from typing import Any
+from typing import Any, Protocol
 
 import numpy as np
 from numpy.typing import NDArray
@@ -64,6 +64,21 @@ class Speech:
         return self.text[: max((word.end for word in self.words if word.time <= time), default=0)]
 
 
+class Synthesis(Protocol):
+    """What turns text into sound."""
+
+    @property
+    def sample_rate(self) -> int:
+        """Samples per second."""
+        ...
+
+    def synthesise(
+        self, text: str, *, voice: str = ..., rate_wpm: int = ..., pitch: int = ..., loudness: float = ...
+    ) -> Speech:
+        """See `Synthesiser.synthesise`."""
+        ...
+
+
 class _EventId(ctypes.Union):
     _fields_ = (("number", ctypes.c_int), ("name", ctypes.c_char_p), ("string", ctypes.c_char * 8))
 
@@ -91,6 +106,11 @@ class Synthesiser:
 
     The same arguments give the same samples.
     """
+
+    @property
+    def sample_rate(self) -> int:
+        """Samples per second."""
+        return sample_rate()
 
     def synthesise(
         self, text: str, *, voice: str = "en-gb", rate_wpm: int = 170, pitch: int = 50, loudness: float = 0.8

@@ -11,26 +11,24 @@ from attune.core.bus import EVENT, REPLY, SPEECH_ACTIVITY, SPEECH_STOP, UTTERANC
 from attune.core.clock import Clock
 from attune.core.config import VoiceConfig
 from attune.core.errors import AttuneError
-from attune.core.espeak import sample_rate
 from attune.core.events import Event
 from attune.core.messages import Reply, SpeechActivity, StopSignal, Utterance, VoiceStatus
 from attune.voice.playback import FileOutput, NoOutput, Output, PlaybackHook, Player, SpeakerOutput
-from attune.voice.synthesis import Speech, Synthesiser
+from attune.voice.synthesis import Speech, Synthesis, Synthesiser
 
 _SENTENCE_END = re.compile(r"(?<=[.!?])\s+")
 _State = Literal["started", "word", "finished", "interrupted", "dropped"]
 _THINKING_PAUSE = 1.0
 """Somebody who pauses without an utterance having been heard may go on within this time [s]."""
-_LOWERED = 0.2
-"""Gain while somebody speaks and it is not yet clear whether they want the floor."""
 
 
 class Voice:
     """Speaks every reply on the bus.
 
-    A person who speaks lowers the voice at once and silences it after `config.barge_in` seconds; shorter sounds
-    ("uh-huh") do not. A spotted stop silences it at once and drops what was still to be said. While somebody speaks,
-    or pauses in the middle of a sentence, only urgent replies begin.
+    A person who speaks pauses the voice at once. If they go on for `config.barge_in` seconds, the rest is dropped;
+    after a shorter sound ("uh-huh") the voice goes on from where it paused. A spotted stop silences it at once and
+    drops what was still to be said. While somebody speaks, or pauses in the middle of a sentence, only urgent replies
+    begin.
 
     Args:
         on_playback: Gets everything that sounds, as `(samples, rate, time)`, for echo cancellation.
@@ -38,6 +36,8 @@ class Voice:
 
     Raises:
         UnknownVoiceError: The configured voice does not exist.
+        PiperVoiceError: The configured voice of Piper cannot be used.
+        MissingDependencyError: Piper is configured and not installed.
     """
 
     def __init__(
@@ -54,8 +54,7 @@ class Voice:
         self._config = config
         self._on_playback = on_playback
         self._output = output
-        self._synthesiser = Synthesiser()
-        self._synthesiser.synthesise("", voice=config.voice)
+        self._synthesiser = _synthesiser(config)
         self._waiting: list[Reply] = []
         self._superseded: set[str] = set()
         self._speaking: Reply | None = None
@@ -88,10 +87,10 @@ class Voice:
 
     def _open_output(self) -> Output:
         if self._config.output == "file":
-            return FileOutput(Path(self._config.file), sample_rate())
+            return FileOutput(Path(self._config.file), self._synthesiser.sample_rate)
         if self._config.output == "speaker":
             try:
-                return SpeakerOutput(self._config.device, sample_rate())
+                return SpeakerOutput(self._config.device, self._synthesiser.sample_rate)
             except AttuneError as error:
                 text = f"The robot's words are not audible: {error}"
                 self._bus.publish(EVENT, Event(time=self._clock.now(), kind="warning", text=text))
@@ -118,7 +117,7 @@ class Voice:
             self._floor_free_at = self._clock.now() + _THINKING_PAUSE
         elif self._person_since is None:
             self._person_since = self._clock.now()
-        self._player.gain = _LOWERED if activity.speaking else 1.0
+        self._player.paused = activity.speaking
         self._changed.set()
 
     def _person_has_finished(self, _utterance: Utterance) -> None:
@@ -160,6 +159,8 @@ class Voice:
                 self._scope.cancel()
 
         self._speaking = reply
+        # Only somebody who begins now pauses it.
+        self._player.paused = False
         finished = False
         try:
             with anyio.CancelScope() as self._scope:
@@ -188,3 +189,13 @@ class Voice:
     def _tell(self, reply: Reply, state: _State, spoken: str) -> None:
         status = VoiceStatus(time=self._clock.now(), cause=reply.id, reply=reply.id, state=state, spoken=spoken)
         self._bus.publish(VOICE_STATUS, status)
+
+
+def _synthesiser(config: VoiceConfig) -> Synthesis:
+    if config.engine == "piper":
+        from attune.voice.piper import PiperSynthesiser
+
+        return PiperSynthesiser(config.voice)
+    synthesiser = Synthesiser()
+    synthesiser.synthesise("", voice=config.voice)
+    return synthesiser
