@@ -46,6 +46,8 @@ class SpeechConfig(_Section):
     """Longest utterance [s]; it ends there, and what was heard is used."""
     whisper_model: str = "small.en"
     """Whisper's weights: a size, a name on the Hugging Face hub, or a folder (converted for CTranslate2)."""
+    echo_cancellation: bool = True
+    """Whether the robot's own voice is taken out of what the microphone hears while the loudspeaker is on."""
     microphone: str = ""
     """Name or number of the input device; "" takes the system's default."""
     age: str = "norms"

@@ -28,6 +28,7 @@ from attune.voice.voice import Voice
 
 if TYPE_CHECKING:
     from attune.speech.audio import AudioSource
+    from attune.speech.echo import EchoCanceller
     from attune.speech.listener import Listener
 
 RESTING: frozenset[m.Step] = frozenset({"idle", "task_done", "already_done", "stopped", "failed"})
@@ -67,7 +68,9 @@ class Session:
         self.planner = Planner(self.bus, clock, self.scene, self.robot, config.planner)
         self._interpreter = make_interpreter(config, self.scene, clock)
         self.dialogue = DialogueBridge(self.bus, clock, self.scene, config.dialogue, self._interpreter, profiles)
-        self.voice = Voice(self.bus, clock, config.voice)
+        self._canceller = self._echo_canceller() if audio is not None else None
+        on_playback = self._canceller.played if self._canceller else None
+        self.voice = Voice(self.bus, clock, config.voice, on_playback=on_playback)
         self._audio = audio
         self.bus.on(SPEECH_STOP, self._forward_stop)
 
@@ -113,6 +116,14 @@ class Session:
                     state = await states.receive()
                 if waiting.cancelled_caught:
                     return state
+
+    def _echo_canceller(self) -> EchoCanceller | None:
+        """What keeps the robot from hearing itself; not needed where its voice is not audible."""
+        if self.config.voice.output != "speaker" or not self.config.speech.echo_cancellation:
+            return None
+        from attune.speech.echo import EchoCanceller
+
+        return EchoCanceller()
 
     def _listener(self, audio: AudioSource) -> Listener:
         from attune.speech.age.choice import make_age_estimator

@@ -39,7 +39,7 @@ class EchoCanceller:
 
     def __init__(self, *, noise_suppression: bool = False) -> None:
         if importlib.util.find_spec("livekit") is None:
-            raise MissingDependencyError("livekit", "echo cancellation", "Run `pip install 'attune-hri[echo]'`")
+            raise MissingDependencyError("livekit", "echo cancellation", "Run `pip install livekit`")
         from livekit import rtc
 
         self._rtc = rtc
