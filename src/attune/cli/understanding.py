@@ -4,6 +4,7 @@ import json
 import os
 import tempfile
 from collections.abc import Callable, Iterable
+from dataclasses import replace
 from pathlib import Path
 from typing import Any
 
@@ -16,6 +17,7 @@ from attune.core.scene import load_scene
 from attune.dialogue.context import Context, TaskContext
 from attune.dialogue.corpus import scene_lexicon
 from attune.dialogue.grammar.interpreter import GrammarInterpreter
+from attune.dialogue.grammar.references import fits
 from attune.dialogue.interpreter import Interpretation, Interpreter
 from attune.dialogue.policies import load_policies
 from attune.dialogue.repair import Repairer
@@ -110,7 +112,8 @@ async def interpret_lines(data: bytes, interpreter: Interpreter, emit: Callable[
         meaning = await interpreter.interpret(line.utterance, context)
         heard = Utterance(time=0.0, text=line.utterance, typed=True)
         meaning = await repairer.repaired(meaning, heard, context, embedded)
-        emit(json.dumps(_result(line, meaning, replies.reply(meaning)), ensure_ascii=False))
+        result = _result(line, _as_command(meaning, context), replies.reply(meaning))
+        emit(json.dumps(result, ensure_ascii=False))
 
 
 def _read(raw: bytes) -> _Line:
@@ -128,6 +131,15 @@ def _read(raw: bytes) -> _Line:
         return _Line.model_validate(data)
     except ValidationError as error:
         raise ValueError("; ".join(describe(error))) from None
+
+
+def _as_command(meaning: Interpretation, context: Context) -> Interpretation:
+    """The format has no word for leaving one thing out; where it was the only one, the task is given up."""
+    task = context.task
+    if meaning.intent != "cancel_object" or task is None or not task.objects:
+        return meaning
+    given_up = all(any(fits(spec, has) for spec in meaning.remove) for has in task.objects)
+    return replace(meaning, intent="stop", remove=()) if given_up else meaning
 
 
 def _result(line: _Line, meaning: Interpretation, reply: str) -> dict[str, Any]:

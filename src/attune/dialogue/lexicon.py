@@ -75,6 +75,7 @@ class _File(_Strict):
     places: dict[str, tuple[str, ...]]
     plurals: dict[str, str]
     numbers: dict[str, int]
+    homophones: dict[str, str]
     words: _Words
     verbs: Verbs
 
@@ -106,6 +107,7 @@ class Lexicon:
         self.adjectives = file.words.adjectives
         self.robot = file.words.robot
         self.people = file.words.people
+        self.homophones: Mapping[str, str] = file.homophones
         self.names = file.words.names
         self.numbers: Mapping[str, int] = file.numbers
         self.phrases: dict[tuple[str, ...], Entry] = {}

@@ -27,6 +27,15 @@ _KNOWN_OPENERS = words(
     "obviously clearly naturally surprise help everything nothing something anything nobody now then beautiful "
     "what who whom whose which where how why neither either none both all any some each every much many most few "
     "only even too very such he she they me him her them us myself yourself next earlier hopefully "
+    "maybe would could can will shall should kindly peas plea least leased roberts robo bot droid hallo cheers "
+    "alrighty righto righty um like literally straight wonder hopefully essentially simply furthermore plus "
+    "yesterday tonight tomorrow whenever wherever whoever whatever anyways anyhow regardless nonetheless "
+    "don't not never ever always often usually sometimes go come run walk drive turn open close start stop begin try "
+    "look see hear feel think know mean say tell ask let make do have be use need want like love hate prefer forget "
+    "remember replace swap exchange switch change cancel return remove add clear clean wash fill pour cut move leave "
+    "drop set lay place store keep hold carry deliver serve prepare cook bake wait halt freeze pause continue resume "
+    "proceed repeat speak talk "
+    "to of in on at by for with from up down out off over under about into onto as than because "
     "third here there this that it you i we see fantastic super awesome correction wrong mistake "
     "apologies hungry thirsty tired careful easy slower faster louder quieter and but or if when while "
     "since because as after before until once fetch bring get"
@@ -34,6 +43,8 @@ _KNOWN_OPENERS = words(
 _AUX = words("can could would will did do have are")
 _ORDERS = words("bring get fetch pass hand give put take grab stop wait leave find set lay make")
 _MODALS = words("can could would will")
+_ORDERS_TO_HAND = words("bring get fetch pass hand give put take grab")
+_AFTER_ORDER = words("me us the that those these this your my our it them a some him her")
 _TWO_NAMES = 2
 _THIRD_PERSON = re.compile(
     r"^(?:needs|wants|would like|likes|is|has|was|said|says|asked|told|and|also|or|had|dropped|broke)\b"
@@ -80,4 +91,7 @@ def _calls_a_stranger(tokens: Sequence[Token], words: Sequence[str], at: int, le
     rest = words[comma + 1 :] if comma > at else words[at + 1 :]
     if len(rest) > 1 and rest[0] in (_AUX if comma > at else _MODALS) and rest[1] == "you":
         return True
-    return comma > at and len(rest) > 1 and (rest[0] in _ORDERS or rest[0] == "please" and rest[1] in _ORDERS)
+    order = rest[1:] if rest[:1] == ["please"] else rest
+    if comma > at:
+        return len(order) > 0 and order[0] in _ORDERS
+    return len(order) > 1 and order[0] in _ORDERS_TO_HAND and order[1] in _AFTER_ORDER

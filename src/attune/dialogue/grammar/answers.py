@@ -159,7 +159,10 @@ def read_answer(text: str, sentence: Sentence, question: Question, context: Cont
         for number, thing in enumerate(sentence.things)
         if f"T{number}" in text.split() and (option := _pick(thing, number, text, sentence, options, context))
     ]
-    things = [thing for number, thing in enumerate(sentence.things) if f"T{number}" in text.split()]
+    things = [
+        thing for number, thing in enumerate(sentence.things)
+        if f"T{number}" in text.split() and (text.startswith("no T") or not re.search(rf"\b(?:not|no) T{number}\b", text))
+    ]  # fmt: skip
     if chosen and len(chosen) == len(things):
         return _chosen(tuple(dict.fromkeys(chosen)))
     if not things and sentence.spots:

@@ -16,7 +16,7 @@ _PREPARE = re.compile(
 )
 _SET_TABLE = re.compile(
     rf"\b(?:set(?:ting)?(?: up)?|laid|lay(?:ing)?(?: out)?|prepare|preparing|dress|arrange|get(?:ting)?|ready|make|"
-    rf"do) {_TABLE}(?: (?:ready|up|set|laid|for {_MEAL}|for (?:me|us|two|one|three|four)))*\b"
+    rf"do|(?!at |on |from |to |is |of |by |under |near |in |and |for )\w+(?= {_TABLE} for {_MEAL})) {_TABLE}(?: (?:ready|up|set|laid|for {_MEAL}|for (?:me|us|two|one|three|four)))*\b"
 )
 _TABLE_SET = re.compile(r"\btable (?:to be |needs to be )?(?:set|laid|ready|prepared)\b")
 _WERE_DONE = re.compile(

@@ -12,6 +12,10 @@ from attune.dialogue.lexicon import Lexicon
 ClauseKind = Literal["fetch", "put", "wish", "lack", "swap", "drop", "plain"]
 
 
+_ASKED_BEFORE = re.compile(
+    r"\b(?:he|she|they|(?:my|our|his|her|the) \w+) (?:has |had )?(?:just |once )?(?:asked|wondered|said|told|wanted)"
+    r"(?: (?:me|us|him|her|them))?(?: (?:whether|if|that))*$"
+)
 _ASKS_YOU = re.compile(r"\b(?:can|could|would|will) you(?: please| also| to| maybe)*$|(?:^|[.,] )please(?: to)?$")
 _REPORTED = re.compile(r"\b(?:says?|said|told|tells?|asked|asks|wants?|recipe|he|she|they) .*\bto\b")
 
@@ -156,17 +160,30 @@ class ClauseCutter:
         sentence = max(text.rfind(" . ", 0, match.start()), text.rfind(" ? ", 0, match.start()))
         return text[sentence + 3 if sentence >= 0 else 0 : max(match.start() - 1, 0)]
 
+    def _tells(self, lead: str) -> bool:
+        """Whether a verb before is what somebody does: "we take a bowl and add ..."."""
+        for kind, pattern in self._kinds:
+            for match in pattern.finditer(lead):
+                before = lead[: match.start()].split()
+                if kind in {"fetch", "put"} and before and before[-1] in {"i", "we", "he", "she", "they"}:
+                    return frames.FRAME.search(lead[: match.start()].rstrip()) is None
+        return False
+
     def _accept(self, text: str, kind: ClauseKind, match: re.Match[str], lead: str) -> _Head | None:  # noqa: PLR0911 - one rule per return
         if kind in {"swap", "drop"} and not re.match(
             rf" (?:{frames.T}|{frames.P}|{frames.PRONOUN}\b|from\b|over\b)", text[match.end() :]
         ):
             return None
         frame = frames.FRAME.search(lead)
+        if frame and _ASKED_BEFORE.search(lead[: frame.start()].rstrip()):
+            return None
         if frame:
             return _Head(kind, match.start() - 1 - len(lead) + frame.start(), match.start(), match.end(), True)
         before = lead.split()
         last = before[-1] if before else ","
         reported = _REPORTED.search(lead) is not None
+        if last in {"and", "then"} and self._tells(lead):
+            return None
         if last in {"and", "then"} and len(before) > 1 and not reported and frames.QUESTION.match(lead) is None:
             return _Head(kind, match.start(), match.start(), match.end(), False)
         if last == "you" and (

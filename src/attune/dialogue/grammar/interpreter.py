@@ -14,7 +14,7 @@ from attune.dialogue.grammar.breakfast import wants_breakfast
 from attune.dialogue.grammar.clauses import ClauseCutter, Sentence, skeleton
 from attune.dialogue.grammar.corrections import settle
 from attune.dialogue.grammar.phrases import PhraseReader
-from attune.dialogue.grammar.references import object_spoken_of
+from attune.dialogue.grammar.references import fits, object_spoken_of
 from attune.dialogue.grammar.remarks import remark, status_question
 from attune.dialogue.grammar.requests import RequestReader, Wanted, same_request
 from attune.dialogue.grammar.stopping import find_stop, without_denied_stops
@@ -126,6 +126,8 @@ class GrammarInterpreter:
         if wants_breakfast(self._plain_of(text, sentence), bool(wanted.add)):
             return Interpretation(intent="setting_breakfast", confidence=0.92, reason="asks for breakfast")
         result = _decide(wanted, text, context, said)
+        if result is not None and context.pending_question:
+            return _answering(result, question.options, context)
         if result is not None:
             return result
         return self._no_request(plain, text, wanted, has_things)
@@ -175,6 +177,14 @@ class GrammarInterpreter:
                 self._extended.popitem(last=False)
         self._extended.move_to_end(key)
         return self._extended[key]
+
+
+def _answering(meaning: Interpretation, options: Sequence[ObjectSpec], context: Context) -> Interpretation:
+    """After a question, what was offered and is refused was never brought: "not the plate, the spoon" replaces nothing."""
+    refused = meaning.remove and all(any(fits(spec, option) for option in options) for spec in meaning.remove)
+    if meaning.intent != "replace_object" or not refused or any(spec in context.recent for spec in meaning.remove):
+        return meaning
+    return replace(meaning, intent="bring_me", remove=(), reason="wants something other than what was offered")
 
 
 def _instead(meaning: Interpretation, text: str, context: Context, said: tuple[ObjectSpec, ...]) -> Interpretation:

@@ -193,7 +193,7 @@ class PhraseReader:
         elif at > start and article and words[at - 1] == "one" and self._stands_alone(words, at - 1):
             thing = replace(self._make(draft, definite, article, count, "", draft.size), head="one")
         elif (draft.color or draft.size or draft.other or draft.ordinal or another) and (
-            self._ends(words, at) or self._denied_property(words, start, at)
+            self._ends(words, _after_partitive(words, at)) or self._denied_property(words, start, at)
         ):
             if (draft.other or draft.ordinal) and not draft.color and not draft.size and not definite and not another:
                 return None
@@ -202,6 +202,8 @@ class PhraseReader:
             thing = replace(self._make(draft, definite, article, count, "", draft.size), head="one")
         if thing is None:
             return None
+        if thing.head != "noun":
+            at = _after_partitive(words, at)
         return self._modifiers(words, at, thing)
 
     @staticmethod
@@ -280,6 +282,9 @@ class PhraseReader:
                 at += 1
             elif word in _ORDINALS:
                 draft.ordinal = _ORDINALS[word]
+                at += 1
+            elif article and word in self._lexicon.homophones and not draft.color and self._nominal(words, at + 1):
+                draft.color = self._lexicon.homophones[word]
                 at += 1
             elif article and word not in _NOT_ADJECTIVES and word not in _BREAKS and self._nominal(words, at + 1):
                 at += 1
@@ -405,6 +410,14 @@ _AFTER_BARE = words(
     "but if when to of would could can is are now actually wait mean over that which inside also then "
     "will you"
 )
+
+
+def _after_partitive(words: Sequence[str], at: int) -> int:
+    """Skip "of the two", "of them" after a pointing word."""
+    for partitive in (("of", "the", "two"), ("of", "the", "pair"), ("of", "them"), ("of", "those"), ("of", "these")):
+        if tuple(words[at : at + len(partitive)]) == partitive:
+            return at + len(partitive)
+    return at
 
 
 def _size(value: str) -> Size:

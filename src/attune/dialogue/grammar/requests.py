@@ -98,8 +98,8 @@ class RequestReader:
 
     def _drop(self, clause: Clause) -> ClauseKind:
         """`leave T0` drops it, `leave T0 P0` and `drop T0 P0` put it."""
-        positive_spots = [n for n in clause.spots() if self._spots[n].role in {"at", "to"}]
-        if positive_spots and clause.verb in {"leave", "drop", "lose"}:
+        positive_spots = self._goes_to(clause)
+        if positive_spots and clause.verb in {"leave", "drop", "lose", "return"}:
             return "put"
         if clause.verb == "return" and not positive_spots:
             self._wanted.put_back = True
@@ -116,6 +116,10 @@ class RequestReader:
         if not found and not self._wanted.contrast:
             self._statement(clause)
         return "drop"
+
+    def _goes_to(self, clause: Clause) -> bool:
+        """Whether a clause says where a thing shall be."""
+        return any(self._spots[number].role in {"at", "to"} for number in clause.spots())
 
     def _swap(self, clause: Clause) -> bool:
         pair = cues.SWAP_PAIR.match(clause.body)
@@ -151,7 +155,7 @@ class RequestReader:
         text = cues.NOT_ASKED_FOR.sub(" ", text)
         cut = re.split(
             r"\b(?:for (?:my|the|our|a) (?!T\d)\w+|so (?:that )?i can .*|to (?:go|eat|drink|"
-            r"have) .*)",
+            r"have) .*|(?:because|since) .*)|(?<=\bplease) (?:i|it|we|my|there|that) .*",
             text,
         )
         words = re.sub(r"\b[TP]\d+\b", " ", " ".join(cut)).split()
@@ -411,7 +415,9 @@ class RequestReader:
                     or cues.PREFERRED_OVER.search(before) is not None
                     or (cues.BACK.match(after) is not None and clause.kind in {"fetch", "put", "drop", "plain"})
                     or (
-                        clause.kind == "drop" and not clause.body[:2].isspace() and clause.body.startswith(f"T{number}")
+                        clause.kind == "drop"
+                        and clause.body.startswith(f"T{number}")
+                        and not (clause.verb == "return" and not self._context.busy and self._goes_to(clause))
                     )
                 )
                 if last_negative:

@@ -35,6 +35,10 @@ _STOP_EXCLUDED_BEFORE = re.compile(
     r"(?:\b(?:bus|tram|train|next|last|full|pit|non|a|the|this|my|our|first|truck|whistle|metro|subway|rest|"
     r"never|not|did|does|without|he|she|they|we|i|it|who|always|rain|ever|people|kids|him|her|them|us|"
     r"someone|everyone|somebody|deep|coffee|pee|quick|short)"
+    r"|(?<!i )(?<!just )(?<!i have )\b(?:said|says|shouted|shouts|yelled|yells|screamed|cried|shouting|yelling|saying|"
+    r"was like|told (?:me|us|him|her|them))(?: to| that)?(?: ,)?"
+    r"|\b(?:did|do|have) (?:i|we|you) (?:just |ever |really |even )?(?:say|said|hear|mean)(?: ,)?"
+    r"|\b(?:never|not|word|about|written|reads|called) (?:\w+ )?(?:said|say|meant|mean|ask|asked)?(?: ,)?"
     r"|(?<!you )\b(?:could|would|will)"
     r"|\b(?:why|when|where|how|if|until|unless|before|after|whenever|once) (?:you|it|that)|\b(?:did|do|"
     r"does) (?:you|it)"
@@ -64,7 +68,7 @@ _WAIT = re.compile(
     r"bit|here|robot|"
     r"right|everything|it|little|couple|of|the|task|wait|hold|on|hang|then|okay|until .*|till .*|"
     r"what you are doing|to|think|let me think|"
-    r"i .*|what|will|would|you|everyone|all|work|movement|your|on it))*(?= *(?:[.,?]|$))"
+    r"i (?![^.?]*\b[TP]\d)[^.?]*|what|will|would|you|everyone|all|work|movement|your|on it))*(?= *(?:[.,?]|$))"
 )
 _ALL_OF_IT = (
     r"(?:it|that|this|them|everything|anything|all|all of (?:it|that|them)|the lot|"
