@@ -16,7 +16,7 @@ class RobotChoice(StrEnum):
 
 def eval_planner(
     robot: Annotated[RobotChoice, typer.Option(help="Without physics, or with.")] = RobotChoice.SYMBOLIC,
-    quick: Annotated[bool, typer.Option("--quick", help="An even sample: 400 runs, 10 with physics.")] = False,
+    quick: Annotated[bool, typer.Option("--quick", help="A random sample: 400 runs, 10 with physics.")] = False,
     sample: Annotated[int, typer.Option(min=0, help="A sample of this size; 0 plays all.")] = 0,
     seed: Annotated[int, typer.Option(help="Of camera and motion planning.")] = 0,
     jobs: Annotated[int, typer.Option(min=0, help="Processes; 0 takes one for each core.")] = 0,

@@ -14,6 +14,7 @@ from attune.cli.doctor import doctor
 from attune.cli.eval_age import eval_age
 from attune.cli.eval_language import eval_language
 from attune.cli.eval_planner import eval_planner
+from attune.cli.eval_robot import eval_robot
 from attune.cli.listen import listen
 from attune.cli.live import live
 from attune.cli.profile import profile_app
@@ -39,6 +40,7 @@ eval_app = typer.Typer(name="eval", help="Measure: one command per module, each 
 eval_app.command(name="language")(eval_language)
 eval_app.command(name="age")(eval_age)
 eval_app.command(name="planner")(eval_planner)
+eval_app.command(name="robot")(eval_robot)
 app.add_typer(eval_app)
 app.add_typer(profile_app, name="profile")
 

@@ -38,6 +38,7 @@ class Surface:
         container: Name of the container to open first, or "".
         shift: How far it moves when its container is opened as far as `Container.opened` says [m]; a drawer's does.
         clearance: Free height above it [m].
+        headroom: What stands there must be lower, or its container does not close [m]; only a drawer has walls.
     """
 
     name: str
@@ -48,6 +49,7 @@ class Surface:
     container: str = ""
     shift: Point = (0.0, 0.0, 0.0)
     clearance: float = inf
+    headroom: float = inf
 
     def to_map(self, x: float, y: float) -> Point:
         """A point of the surface, given in its own frame, in the map frame."""
@@ -170,6 +172,7 @@ class Counter(_Piece):
                     (drawer.width - 4 * DRAWER_WALL, drawer.depth - 4 * DRAWER_WALL),
                     container=drawer.name,
                     shift=(*_turned((0.0, 0.0, 0.0), self.yaw, 0.0, -drawer.travel), 0.0),
+                    headroom=drawer.height - 2 * DRAWER_WALL,
                 )
             )
         return top, *inside

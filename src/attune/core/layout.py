@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections import Counter
 from collections.abc import Iterator, Mapping
 from dataclasses import dataclass
-from math import cos, hypot, sin
+from math import cos, hypot, isfinite, sin
 from typing import TYPE_CHECKING
 
 from attune.core.shapes import COLORS, clearance_needed
@@ -14,6 +14,7 @@ if TYPE_CHECKING:
     from attune.core.furniture import Counter as CounterTop
     from attune.core.furniture import Furniture, Surface
     from attune.core.scene import Scene, SceneObject
+    from attune.core.shapes import Shape
 
 HIGHEST = 1.3
 """Highest surface that a PR2 can use [m]."""
@@ -89,6 +90,24 @@ def layout_problems(scene: Scene) -> list[str]:
     return problems or _position_problems(scene)
 
 
+def unfit(surface: Surface, shape: Shape) -> str:
+    """Why an object of this shape can be neither taken from nor put on a surface; "" if it can.
+
+    A clause that goes on from the surface's name, with a slot for the type's.
+    """
+    needed = clearance_needed(shape)
+    if needed > surface.clearance:
+        why = "which can only be taken from above" if needed > 1 else f"which needs {needed:.2f} m"
+        return f"has {surface.clearance:.2f} m of room above it, too low for a {{}}, {why}"
+    if shape.extent[2] > surface.headroom:
+        return f"does not close over what is higher than {surface.headroom:.2f} m, as a {{}} of {shape.extent[2]:.2f} m"
+    if isfinite(surface.headroom) and set(shape.grasps) == {"side"}:
+        return "has walls, too high for a {}, which can only be taken from the side"
+    if max(shape.extent[:2]) > min(surface.size) and shape.extent[0] == shape.extent[1]:
+        return f"is {min(surface.size):.2f} m deep, too little for a {{}} of {shape.extent[0]:.2f} m"
+    return ""
+
+
 def _naming_problems(scene: Scene) -> list[str]:
     names = [piece.name for piece in scene.furniture] + [thing.name for thing in scene.objects]
     names += [drawer.name for piece in scene.furniture if piece.kind == "counter" for drawer in piece.drawers]
@@ -110,12 +129,9 @@ def _object_problems(scene: Scene, thing: SceneObject) -> list[str]:
     if thing.size not in sizes:
         return [*problems, f"{who}: size: a {thing.type} cannot be {thing.size!r}; allowed: {', '.join(sizes)}"]
     if thing.at in surfaces:
-        needed, free = clearance_needed(scene.all_types[thing.type].shape(thing.size)), surfaces[thing.at].clearance
-        if needed > free:
-            why = "which can only be taken from above" if needed > 1 else f"which needs {needed:.2f} m"
-            problems.append(
-                f"{who}: at: {thing.at!r} has {free:.2f} m of room above it, too low for a {thing.type}, {why}"
-            )
+        why = unfit(surfaces[thing.at], scene.all_types[thing.type].shape(thing.size))
+        if why:
+            problems.append(f"{who}: at: {thing.at!r} {why.format(thing.type)}")
     return problems
 
 

@@ -48,13 +48,17 @@ class Kitchen:
         self.bus.on(ROBOT_STATE, self.states.append)
         self.bus.on(OUTCOME, self.outcomes.append)
 
-    def play(self, script: Callable[[], Awaitable[None]]) -> None:
-        """Run robot and planner while the script lasts."""
+    def play(
+        self, script: Callable[[], Awaitable[None]], meanwhile: Callable[[], Awaitable[None]] | None = None
+    ) -> None:
+        """Run robot, planner and what else should go on `meanwhile`, as long as the script lasts."""
 
         async def main() -> None:
             async with anyio.create_task_group() as group:
                 group.start_soon(self.robot.run)
                 group.start_soon(self._planner.run)
+                if meanwhile:
+                    group.start_soon(meanwhile)
                 await self.clock.sleep(0.5)
                 await script()
                 group.cancel_scope.cancel()

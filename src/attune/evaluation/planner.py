@@ -13,7 +13,8 @@ from attune.core.scene import Scene, load_scene
 from attune.evaluation.kitchen import Kitchen
 from attune.evaluation.parallel import in_parallel
 from attune.evaluation.planner_judge import Evidence, Verdict, judge
-from attune.evaluation.planner_matrix import Permutation, Saying, interrupted, paper_permutations, spread, undisturbed
+from attune.evaluation.planner_matrix import Permutation, Saying, interrupted, paper_permutations, undisturbed
+from attune.evaluation.planner_matrix import sample as sample_of
 from attune.robots.interface import Robot
 
 RobotKind = Literal["symbolic", "mujoco"]
@@ -120,7 +121,7 @@ def evaluate_planner(
     jobs: int = 1,
     on_progress: Callable[[int, int], None] = lambda done, total: None,
 ) -> PlannerEvaluation:
-    """Play the whole test, or an evenly spread sample of it.
+    """Play the whole test, or a random sample of it.
 
     Args:
         robot: On which robot.
@@ -136,7 +137,7 @@ def evaluate_planner(
     permutations: list[Permutation] = list(paper_permutations(scene))
     for run in first:
         permutations += interrupted(scene, run.permutation, run.changes)
-    chosen = _chosen(permutations, sample)
+    chosen = _chosen(permutations, sample, seed)
     runs: list[Run] = []
     for run in in_parallel(Player(robot, seed), chosen, jobs):
         runs.append(run)
@@ -150,14 +151,14 @@ def _scene() -> Scene:
     return load_scene()
 
 
-def _chosen(permutations: Sequence[Permutation], sample: int) -> Sequence[Permutation]:
-    """All, or half of the sample from each part."""
-    if not sample:
+def _chosen(permutations: Sequence[Permutation], count: int, seed: int) -> Sequence[Permutation]:
+    """All, or a sample, half of it from each part."""
+    if not count:
         return permutations
     paper = [item for item in permutations if item.part == "paper"]
     beyond = [item for item in permutations if item.part != "paper"]
-    half = min(len(paper), (sample + 1) // 2)
-    return (*spread(paper, half), *spread(beyond, max(1, sample - half)))
+    half = min(len(paper), (count + 1) // 2)
+    return (*sample_of(paper, half, seed), *sample_of(beyond, count - half, seed))
 
 
 async def _moment(kitchen: Kitchen, saying: Saying) -> None:

@@ -5,6 +5,7 @@ both age groups. The part beyond has the interruption at every step of the inter
 robot's published state.
 """
 
+import random
 from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
 from typing import Literal
@@ -116,11 +117,10 @@ def interrupted(scene: Scene, alone: Permutation, changes: int) -> Iterator[Perm
         yield _with(alone, stop, Saying("carry_on", at="settled"))
 
 
-def spread(permutations: Sequence[Permutation], count: int) -> tuple[Permutation, ...]:
-    """At most `count` of them, evenly spread over each part and scenario in proportion."""
-    if count <= 0 or count >= len(permutations):
-        return tuple(permutations)
-    return tuple(permutations[index * len(permutations) // count] for index in range(count))
+def sample(permutations: Sequence[Permutation], count: int, seed: int) -> tuple[Permutation, ...]:
+    """At most `count` of them, chosen at random, in their order."""
+    chosen = random.Random(seed).sample(range(len(permutations)), min(count, len(permutations)))
+    return tuple(permutations[index] for index in sorted(chosen))
 
 
 def _bring(type_: str, at: Moment = 0) -> Saying:

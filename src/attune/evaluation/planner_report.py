@@ -40,7 +40,7 @@ def to_data(evaluation: PlannerEvaluation) -> dict[str, Any]:
 def to_markdown(evaluation: PlannerEvaluation) -> str:
     """For people."""
     runs, count = evaluation.runs, len(evaluation.runs)
-    sampled = "" if count == evaluation.of_all else f" (an even sample of {evaluation.of_all})"
+    sampled = "" if count == evaluation.of_all else f" (a random sample of {evaluation.of_all})"
     hours = sum(run.robot_time for run in runs) / 3600
     minutes = sum(run.computing_time for run in runs) / 60
     lines = [

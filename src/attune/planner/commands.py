@@ -24,7 +24,7 @@ from attune.core.messages import (
 from attune.core.scene import Scene
 from attune.planner.agenda import Agenda, Delivery
 from attune.planner.belief import Belief, Home, Individual
-from attune.planner.designators import alternative, candidates, is_delivered
+from attune.planner.designators import alternative, candidates, delivery_surfaces, is_delivered
 
 Edit = BringMe | SettingBreakfast | ReplaceObject | ChangeLocation | CancelObject | PutBack
 """The commands that edit the agenda; stop and carry on do not."""
@@ -129,6 +129,10 @@ class Rules:
         # What is only expected to stand there already is looked at first, and comes last.
         there = [item for item in fitting if is_delivered(self.scene, item, place)]
         fetchable = [item for item in fitting if item not in there] + [item for item in there if item.seen is None]
+        fitting_there = [item for item in fetchable if delivery_surfaces(self.scene, place, item)]
+        if fetchable and not fitting_there:
+            return agenda, Verdict("refused", "no_space", self.belief.describe(fetchable[0]), place)
+        fetchable = fitting_there
         if fetchable or self._may_be_there(spec):
             individual = fetchable[0].name if fetchable else ""
             wanted = _delivery(command, spec, place, individual)
@@ -238,6 +242,9 @@ class Rules:
         spec = self._described(delivery)
         if delivery.status != "returning" and delivery.destination == place:
             return agenda, Verdict("refused", "already_there", spec, place)
+        item = self.belief.get(delivery.individual)
+        if item and not delivery_surfaces(self.scene, place, item):
+            return agenda, Verdict("refused", "no_space", spec, place)
         accepted = Verdict("accepted", object=spec, place=place)
         if delivery.status == "waiting":
             return agenda.change(delivery.id, destination=place), accepted

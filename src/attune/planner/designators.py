@@ -8,6 +8,7 @@ import math
 from collections.abc import Collection, Iterator
 from dataclasses import dataclass
 
+from attune.core.layout import unfit
 from attune.core.messages import ObjectSpec
 from attune.core.scene import Scene, Surface
 from attune.planner.belief import DEFAULT_EXTENT, VANISHED, Belief, Individual
@@ -63,14 +64,22 @@ def alternative(belief: Belief, spec: ObjectSpec, excluded: Collection[str] = ()
     return belief.describe(best)
 
 
-def delivery_surfaces(scene: Scene, place: str) -> tuple[Surface, ...]:
-    """The surfaces of a kind of place, nearest to the user first."""
-    return tuple(sorted(scene.surfaces_at(place), key=lambda surface: _distance_to(surface, scene.user)))
+def delivery_surfaces(scene: Scene, place: str, item: Individual | None = None) -> tuple[Surface, ...]:
+    """The surfaces of a kind of place on which an object can be, nearest to the user first."""
+    fitting = (surface for surface in scene.surfaces_at(place) if item is None or fits(scene, item, surface))
+    return tuple(sorted(fitting, key=lambda surface: _distance_to(surface, scene.user)))
+
+
+def fits(scene: Scene, item: Individual, surface: Surface) -> bool:
+    """Whether an object of this type and size can be put there at all."""
+    sizes = scene.all_types[item.type].sizes if item.type in scene.all_types else {}
+    size = next((known for known in sizes if known == (item.size or "normal")), None)
+    return size is None or not unfit(surface, scene.all_types[item.type].shape(size))
 
 
 def is_delivered(scene: Scene, item: Individual, place: str) -> bool:
     """Whether an object stands where a delivery to this kind of place would put it, or has put it."""
-    surfaces = delivery_surfaces(scene, place)
+    surfaces = delivery_surfaces(scene, place, item)
     if item.confidence <= VANISHED or item.held_by or not surfaces:
         return False
     brought = item.displaced and item.surface in {surface.name for surface in surfaces}
@@ -92,19 +101,19 @@ def search_order(scene: Scene, belief: Belief, spec: ObjectSpec, excluded: Colle
 
 def free_spots(scene: Scene, belief: Belief, place: str, item: Individual | None = None) -> Iterator[Spot]:
     """Free spots for an object at a kind of place, nearest to the user first."""
-    for surface in delivery_surfaces(scene, place):
+    for surface in delivery_surfaces(scene, place, item):
         near = sorted(_grid(surface), key=lambda point: math.dist(point[:2], scene.user))
         yield from (Spot(surface, point) for point in near if _is_free(belief, surface, point, item))
 
 
 def home_spots(scene: Scene, belief: Belief, item: Individual) -> Iterator[Spot]:
     """Free spots to return an object to: where it stood, else near that, else anywhere on a surface like it."""
-    open_surfaces = [surface for surface in scene.surfaces if not surface.container]
+    open_surfaces = [surface for surface in scene.surfaces if not surface.container and fits(scene, item, surface)]
     surface = scene.surface(item.home.surface) if item.home.surface else open_surfaces[0]
     origin = item.home.position or middle(surface)
     if item.home.position and is_clear(belief, Spot(surface, origin), item):
         yield Spot(surface, origin)
-    others = [other for other in scene.surfaces_at(surface.place) if other.name != surface.name]
+    others = [other for other in delivery_surfaces(scene, surface.place, item) if other.name != surface.name]
     elsewhere = [other for other in open_surfaces if other not in (surface, *others)]
     for option in (surface, *others, *elsewhere):
         near = sorted(_grid(option), key=lambda point: math.dist(point, origin))
