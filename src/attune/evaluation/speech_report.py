@@ -69,7 +69,7 @@ def to_markdown(evaluation: SpeechEvaluation, keywords: frozenset[str]) -> str:
         whole = next(iter(figures(evaluation, keywords)["clean"].values()))
         lines += [
             f"The paper reports for Whisper small on Common Voice: word error rate {PAPER_WER} %, character error rate "
-            f"{PAPER_CER} %. Here: {whole['word error rate [%]']} % and {whole['character error rate [%]']} %. The "
+            f"{PAPER_CER:.2f} %. Here: {whole['word error rate [%]']} % and {whole['character error rate [%]']} %. The "
             "clips may be others.",
             "",
         ]
