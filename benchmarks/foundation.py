@@ -102,6 +102,7 @@ def listening() -> dict[str, Any]:
         return time.process_time() - began
 
     start_up = cost(minute[:SAMPLE_RATE])
+    heard.clear()
     share = (cost(minute) - start_up) / 59
     return {
         "listening: share of one core [%]": round(100 * share, 1),
