@@ -27,7 +27,7 @@ from attune.dialogue.profiles import (
 )
 
 WISHES = Preferences(announce="results", rate_steps=-2)
-OLDER = AgeEstimate(band="older", confidence=0.9, source="profile")
+OLDER = AgeEstimate(probabilities=(0.02,) * 5 + (0.225,) * 4, band="older", confidence=0.9, source="model")
 
 
 @pytest.fixture
@@ -43,22 +43,22 @@ def test_nothing_is_kept_without_consent(store: ProfileStore) -> None:
 
 def test_what_a_person_agreed_to_is_there_in_the_next_session(store: ProfileStore) -> None:
     store.consent("Ada")
-    store.keep("Ada", WISHES, OLDER)
+    store.keep("Ada", WISHES, "older")
     found = ProfileStore(store.path).get("Ada")
     assert found is not None
     assert found.preferences == WISHES
-    assert found.age == OLDER
+    assert found.band == "older"
     assert found.consented_at.endswith("Z")
 
 
 def test_age_and_preferences_are_kept_independently(store: ProfileStore) -> None:
     store.consent()
     store.keep(preferences=WISHES)
-    store.keep(age=OLDER)
+    store.keep(band="older")
     found = store.get()
     assert found is not None
     assert found.preferences == WISHES
-    assert found.age.band == "older"
+    assert found.band == "older"
 
 
 def test_consenting_again_loses_nothing(store: ProfileStore) -> None:
@@ -120,10 +120,33 @@ def test_a_damaged_file_is_kept_aside_and_named(store: ProfileStore, content: by
 def test_a_row_that_was_tampered_with_counts_as_damage(store: ProfileStore) -> None:
     store.consent("Ada")
     with sqlite3.connect(store.path) as database:
-        database.execute('update profile set age = \'{"band": "ancient"}\'')
+        database.execute("update profile set band = 'ancient'")
     database.close()
     with pytest.raises(DamagedProfilesError, match="band"):
         store.get("Ada")
+
+
+def test_of_an_age_only_the_band_is_kept(store: ProfileStore) -> None:
+    talk(["Remember me, please.", "bring me the milk"], store, OLDER)
+    (kept,) = store.export()
+    assert kept["age"] == "older"
+    assert "0.225" not in json.dumps(kept)
+    assert b"0.225" not in store.path.read_bytes()
+
+
+def test_whole_estimates_that_an_earlier_version_kept_are_cut_down_to_their_band(store: ProfileStore) -> None:
+    store.consent("Ada")
+    with sqlite3.connect(store.path) as database:
+        database.execute("alter table profile drop column band")
+        database.execute("alter table profile add column age text not null default '{}'")
+        database.execute("""update profile set age = '{"band": "older", "probabilities": [0.225]}'""")
+        database.execute("insert into profile (person) values ('Bob')")
+        database.execute("pragma user_version = 1")
+    database.close()
+    assert [profile.band for profile in store.all()] == ["older", "unknown"]
+    store.keep("Ada", band="younger")
+    assert [profile.band for profile in ProfileStore(store.path).all()] == ["younger", "unknown"]
+    assert b"0.225" not in store.path.read_bytes()
 
 
 def test_a_file_of_a_newer_version_is_left_alone(store: ProfileStore) -> None:
@@ -153,7 +176,7 @@ def test_a_process_killed_in_a_transaction_leaves_the_old_state(store: ProfileSt
 
 def test_the_commands_list_show_export_and_erase(store: ProfileStore, tmp_path: Path) -> None:
     store.consent("Ada")
-    store.keep("Ada", WISHES, OLDER)
+    store.keep("Ada", WISHES, "older")
     invoke = CliRunner().invoke
     place = ["--file", str(store.path)]
     assert "Ada" in invoke(profile_app, ["list", *place]).output
@@ -209,7 +232,7 @@ def test_wishes_of_a_person_who_agreed_hold_in_the_next_talk(store: ProfileStore
     found = store.get()
     assert found is not None
     assert found.preferences.rate_steps == -1
-    assert found.age.band == "older"
+    assert found.band == "older"
 
 
 def test_without_consent_a_talk_leaves_nothing_behind(store: ProfileStore) -> None:

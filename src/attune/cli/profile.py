@@ -53,7 +53,7 @@ def show(person: _Person = "me", as_json: _Json = False, file: _File = None) -> 
         typer.echo(json.dumps(data, indent=2))
         return
     typer.echo(f"{data['person']}: agreed {data['consented_at']}, changed {data['changed_at']}")
-    typer.echo(f"  age: {data['age']['band']} (confidence {data['age']['confidence']:.2f})")
+    typer.echo(f"  age: {data['age']}")
     for key, value in data["preferences"].items():
         typer.echo(f"  {key.replace('_', ' ')}: {value if value is not None else 'as usual'}")
 

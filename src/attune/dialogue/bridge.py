@@ -185,7 +185,7 @@ class DialogueBridge:
         stops_before = self._stops_before.pop(utterance.id, self._stops)
         self._tell("heard", utterance, text=utterance.text, confidence=utterance.confidence, age=utterance.age.band)
         self.speaker.hear_age(utterance.age.band)
-        self._memory.hear_age(utterance.age)
+        self._memory.hear_age(utterance.age.band)
         if self._stopped.pop(utterance.id, False):
             self._take_fragment()
             self._situation.pending = None

@@ -1,10 +1,9 @@
 """Remembering a person's wishes from one talk to the next, if they say so, and forgetting them when they say so."""
 
 import re
-from dataclasses import replace
 from typing import Literal
 
-from attune.core.messages import AgeEstimate
+from attune.core.messages import Band
 from attune.dialogue.profiles import SELF, ProfileStore
 from attune.dialogue.speaker import Speaker
 
@@ -50,13 +49,13 @@ class Memory:
         self._store = store
         self._speaker = speaker
         self._person = person
-        self._age = AgeEstimate()
+        self._band: Band = "unknown"
         profile = store.get(person) if store else None
         self._consented = profile is not None
         if profile is not None:
             speaker.preferences = profile.preferences
-            speaker.hear_age(profile.age.band)
-            self._age = profile.age
+            speaker.hear_age(profile.band)
+            self._band = profile.band
 
     def answer(self, text: str) -> Situation:
         """Do what is asked about remembering, if something is."""
@@ -70,16 +69,16 @@ class Memory:
             return "forget" if self._store.erase(self._person) else "nothing_to_forget"
         self._store.consent(self._person)
         self._consented = True
-        self._store.keep(self._person, self._speaker.preferences, self._age)
+        self._store.keep(self._person, self._speaker.preferences, self._band)
         return "remember"
 
-    def hear_age(self, age: AgeEstimate) -> None:
+    def hear_age(self, band: Band) -> None:
         """Keep what the voice told about the person's age, when it told something new."""
-        if age.band in ("unknown", self._age.band):
+        if band in ("unknown", self._band):
             return
-        self._age = replace(age, source="profile")
+        self._band = band
         if self._store is not None and self._consented:
-            self._store.keep(self._person, age=self._age)
+            self._store.keep(self._person, band=band)
 
     def keep_wishes(self) -> None:
         """Keep the speaker's preferences as they are now, if the person agreed."""

@@ -1,4 +1,4 @@
-"""What is remembered about people: their wishes and their age estimate, only with their consent.
+"""What is remembered about people: their wishes and their age band, only with their consent.
 
 One SQLite file, readable by its owner alone. Nothing of what a person said is kept, only how the robot shall behave.
 """
@@ -17,21 +17,27 @@ from pydantic import BaseModel, ConfigDict, ValidationError
 
 from attune.core.codec import describe, to_data
 from attune.core.errors import AttuneError
-from attune.core.messages import AgeEstimate
+from attune.core.messages import Band
 from attune.dialogue.policies import Preferences
 
 SELF = "me"
 """The person who is meant where nobody is named."""
-VERSION = 1
+VERSION = 2
 _TABLE = """
 create table profile (
     person text primary key not null check (person <> ''),
     consented_at text not null default (strftime('%Y-%m-%dT%H:%M:%SZ', 'now')),
     changed_at text not null default (strftime('%Y-%m-%dT%H:%M:%SZ', 'now')),
     preferences text not null default '{}',
-    age text not null default '{}'
+    band text not null default 'unknown'
 ) strict
 """
+_FROM_1 = (
+    "alter table profile add column band text not null default 'unknown'",
+    "update profile set band = coalesce(json_extract(age, '$.band'), 'unknown')",
+    "alter table profile drop column age",
+)
+"""The first version kept whole age estimates."""
 
 
 class ConsentError(AttuneError):
@@ -75,14 +81,14 @@ class Profile:
     Attributes:
         person: Their name, or `me`.
         preferences: What they have wished for.
-        age: The age estimate of earlier talks; its source is `profile`, or `stated` if they said it.
+        band: The age band that earlier talks came to; what the person stated is among the preferences.
         consented_at: When they agreed, UTC.
         changed_at: When something changed last, UTC.
     """
 
     person: str
     preferences: Preferences = Preferences()
-    age: AgeEstimate = AgeEstimate()
+    band: Band = "unknown"
     consented_at: str = ""
     changed_at: str = ""
 
@@ -91,7 +97,7 @@ class _Row(BaseModel):
     model_config = ConfigDict(extra="forbid", strict=True)
 
     preferences: Preferences
-    age: AgeEstimate
+    band: Band
 
 
 class ProfileStore:
@@ -136,9 +142,9 @@ class ProfileStore:
         self,
         person: str = SELF,
         preferences: Preferences | None = None,
-        age: AgeEstimate | None = None,
+        band: Band | None = None,
     ) -> Profile:
-        """Remember wishes (in place of the earlier ones), an age estimate, or both.
+        """Remember wishes (in place of the earlier ones), the age band, or both.
 
         Raises:
             ConsentError: The person did not agree.
@@ -146,12 +152,11 @@ class ProfileStore:
         if self.get(person) is None:
             raise ConsentError(person)
         wishes = None if preferences is None else json.dumps(to_data(preferences))
-        estimate = None if age is None else json.dumps(to_data(age))
         with self._open() as database:
             database.execute(
-                "update profile set preferences = coalesce(?, preferences), age = coalesce(?, age), "
+                "update profile set preferences = coalesce(?, preferences), band = coalesce(?, band), "
                 "changed_at = strftime('%Y-%m-%dT%H:%M:%SZ', 'now') where person = ?",
-                (wishes, estimate, person),
+                (wishes, band, person),
             )
         return self._existing(person)
 
@@ -168,7 +173,7 @@ class ProfileStore:
                 "consented_at": profile.consented_at,
                 "changed_at": profile.changed_at,
                 "preferences": to_data(profile.preferences),
-                "age": to_data(profile.age),
+                "age": profile.band,
             }
             for profile in profiles
         ]
@@ -189,14 +194,14 @@ class ProfileStore:
     def _profile(self, row: sqlite3.Row) -> Profile:
         try:
             kept = _Row.model_validate_json(
-                f'{{"preferences": {row["preferences"]}, "age": {row["age"]}}}', strict=False
+                f'{{"preferences": {row["preferences"]}, "band": {json.dumps(row["band"])}}}', strict=False
             )
         except ValidationError as error:
             raise self._damaged(describe(error)[0]) from None
         return Profile(
             person=row["person"],
             preferences=kept.preferences,
-            age=kept.age,
+            band=kept.band,
             consented_at=row["consented_at"],
             changed_at=row["changed_at"],
         )
@@ -229,6 +234,10 @@ class ProfileStore:
             )
         if version == 0:
             database.execute(_TABLE)
+        if version == 1:
+            for change in _FROM_1:
+                database.execute(change)
+        if version < VERSION:
             database.execute(f"pragma user_version = {VERSION}")
         (state,) = database.execute("pragma quick_check(1)").fetchone()
         if state != "ok":
