@@ -105,6 +105,10 @@ class Narrator:
             return offer.text
         if outcome.reason in {"stopped", "replaced"}:
             return ""
+        if outcome.status == "failed" and outcome.object == ObjectSpec() and not outcome.reason:
+            # What failed was told object by object.
+            self._speaker.say("failed", "incomplete", cause=outcome.id)
+            return ""
         situation = outcome.reason if self._speaker.knows("failed", outcome.reason) else "other"
         if outcome.reason == "not_found" and outcome.object.type:
             slots["object"] = an(outcome.object) if outcome.status == "refused" else slots["object"]
@@ -130,11 +134,18 @@ def _what_begins(state: RobotState, last: RobotState | None) -> str:
             return "drive" if moves_base else "reach" if moves_arm else ""
         case "transporting_deliver":
             there = state.current_location == state.destination_location
+            if _is_returned(state) and (moves_base or new_step):
+                return "return"
             return "carry" if moves_base or new_step else "set_down" if moves_arm and there else ""
         case "recovering":
             return "recovering" if new_step else ""
         case _:
             return ""
+
+
+def _is_returned(state: RobotState) -> bool:
+    """Whether the object of this state is being brought back to where it came from."""
+    return any(task.status == "returning" and task.object.name == state.object.name for task in state.queue)
 
 
 def _the_or_it(spec: ObjectSpec) -> str:

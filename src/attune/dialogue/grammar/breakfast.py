@@ -18,10 +18,11 @@ _SET_TABLE = re.compile(
     rf"\b(?:set(?:ting)?(?: up)?|laid|lay(?:ing)?(?: out)?|prepare|preparing|dress|arrange|get(?:ting)?|ready|make|"
     rf"do|(?!at |on |from |to |is |of |by |under |near |in |and |for )\w+(?= {_TABLE} for {_MEAL})) {_TABLE}(?: (?:ready|up|set|laid|for {_MEAL}|for (?:me|us|two|one|three|four)))*\b"
 )
-_TABLE_SET = re.compile(r"\btable (?:to be |needs to be )?(?:set|laid|ready|prepared)\b")
+_TABLE_SET = re.compile(r"\btable (?:(?:(?:to|must|should|needs to|has to) be )?(?:set|laid|ready|prepared)|needs (?:setting|laying|preparing))\b")
 _WERE_DONE = re.compile(
     rf"\b(?:if|wish) (?:{_TABLE}|(?:the |my |our )?{_MEAL}) (?:was|were|is|could be|got) "
-    r"(?:all )?(?:set|laid|made|ready|prepared|served|on)\b"
+    r"(?:all )?(?:set|laid|made|ready|prepared|served|on)\b|"
+    rf"\bif you (?:\w+ )?(?:made|prepared|served|set|laid|did|started|got|fixed|cooked)(?: me| us)? (?:{_TABLE}|(?:the |my |our |some )?{_MEAL})"
 )
 _SOMEBODY_DID = re.compile(
     r"(?<!can )(?<!could )(?<!shall )(?<!should )(?<!may )\b(?:i|we|he|she|they|who) (?:had to|have to|used to|did|"
@@ -32,6 +33,7 @@ _TALK = re.compile(
     r"^(?:what(?! about)|where|when|who|did|does|have you|has|was|were|is|how (?!about)|why (?!do not|will)|"
     r"do (?:you|"
     r"we) (?:like|eat|have|usually)|are (?:you|we)(?! (?:able|going))|which)\b|"
+    r"^(?:\w+ )?tell (?!me)\w+|"
     r"\b(?:had|ate|eaten|skipped|made|missed|was|their|his|her|"
     r"for tomorrow|used to|would make|makes|loves?|likes|enjoys?|always|usually|never|"
     r"served|yesterday|already|last|hate|about to have|is important|in bed|television|tv|news|show|club|room|"

@@ -40,6 +40,7 @@ PASSIVE = re.compile(
     r"(?:can|could|would|may|should) T\d+(?: please)? (?:be|get) (?:brought|fetched|put|placed|taken|delivered|"
     r"carried|moved|served|handed|set)"
 )
+ABOUT_A_THING = re.compile(r"(?:(?:no|oh|but|sorry|,) )*T\d+(?: P\d+)? (?:is|are|was|were|looks?|seems?) (?:\w+ ){0,2}?too\b")
 CONTRAST = re.compile(r"\bT\d+(?: P\d+)?(?: please)?(?: ,)? (?:instead of|rather than|in place of|and not) T\d+")
 ASKS_FOR_ANOTHER = re.compile(
     r"\b(?:have you(?: not)?(?: got)?|do you(?: not)? have|have not you(?: got)?|do not you have|"
@@ -79,6 +80,7 @@ FILLER = words(
 
 def without_purpose(body: str) -> str:
     """Cut off what it is for: "a bowl for my T1", "a knife to cut T1"."""
+    body = re.sub(r"\b(everything|all|things|stuff|what) (?:(?:i|we) need )?for (?:my |the |our )?T\d+", r"\1", body)
     body = re.sub(r"(?<=[TP]\d)( please)? for (?:my |the |our |a )?T\d+", r"\1", body)
     body = re.sub(
         r" , (?:it|that|they|which) (?:is|are|was|were) (?:T\d+ )?(?:that |which )?"

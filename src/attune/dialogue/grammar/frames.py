@@ -28,7 +28,7 @@ SOFTENER = (
     r"next time)"
 )
 _YOU = (
-    r"(?:(?:can|could|would|will|wo|might|may|ca) (?:not )?(?:you|u|ya)|"
+    r"(?:(?:can|could|would|will|wo|might|may|ca) (?:not )?(?:you|u|ya|somebody|someone|anybody|anyone)|"
     r"(?:do|would) (?:not )?you (?:think (?:that )?you (?:could|can|might|would)|mind|like to|want to|happen to|"
     r"possibly)|"
     r"you (?:can|could|might|may|should|must|have to|need to|ought to|may as well|might want to|are to|better)|"
@@ -123,7 +123,7 @@ WISH = re.compile(
     r"|(?:would it be|is it)(?: \w+)? possible (?:for (?:me|us) )?to (?:have|get|see)"
     r"|(?:it|that) would be \w+ (?:to (?:have|get)|with)|would be \w+ to (?:have|get)"
     r"|(?:my|our) (?!T\d)\w+ (?:needs|would like|would love|wants|also needs|still needs|need)"
-    r"|do you have|have you got|have you|do not forget|remember"
+    r"|do you have|have you got|have you|do not forget|remember|you (?:have )?(?:forgot|forgotten)"
     rf")(?={_GAP} T\d)"
 )
 LACK = re.compile(

@@ -93,7 +93,8 @@ class GrammarInterpreter:
         if meaning and (meaning.intent in _INSTRUCTIONS or meaning.intent in {"carry_on", "put_back"}):
             if meaning.intent in {"bring_me", "replace_object", "change_location"} and meaning.confidence < 0.5:
                 return Interpretation(intent="stop", confidence=0.9, reason=f"says {words!r}")
-            meaning = _instead(meaning, after, context, said) if _GIVES_UP.match(words) else meaning
+            if _GIVES_UP.match(words) or _is_of_the_kind(meaning, context):
+                meaning = _instead(meaning, after, context, said)
             return replace(meaning, reason=f"{words!r}, then {meaning.reason}")
         return Interpretation(intent="stop", confidence=0.95, reason=f"says {words!r}")
 
@@ -185,6 +186,12 @@ def _answering(meaning: Interpretation, options: Sequence[ObjectSpec], context: 
     if meaning.intent != "replace_object" or not refused or any(spec in context.recent for spec in meaning.remove):
         return meaning
     return replace(meaning, intent="bring_me", remove=(), reason="wants something other than what was offered")
+
+
+def _is_of_the_kind(meaning: Interpretation, context: Context) -> bool:
+    """Whether what is wanted after "wait" is of the kind that the robot is about: then it is that which was wrong."""
+    about = {spec.type for spec in context.recent}
+    return meaning.intent == "bring_me" and len(meaning.add) == 1 and meaning.add[0].type in about
 
 
 def _instead(meaning: Interpretation, text: str, context: Context, said: tuple[ObjectSpec, ...]) -> Interpretation:

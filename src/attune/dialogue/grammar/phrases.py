@@ -51,7 +51,7 @@ _NOT_ADJECTIVES = words(
     "had can could will would shall should may might must to of in on at from for with by as if that this "
     "there here please instead than rather bring get fetch give take put want need like one what which "
     "who where when how why said so then because meant mean sorry wait actually stop over into onto out "
-    "off up down again also just too now's"
+    "off up down again also just too now's wrong"
 )
 _RELATIVES = (("that", "is"), ("which", "is"), ("that", "are"), ("which", "are"), ("who", "is"), ("that", "was"),
               ("which", "was"), ("that", "'s"), ("which", "'s"))  # fmt: skip
@@ -226,7 +226,7 @@ class PhraseReader:
         definite = article = another = False
         count = 1
         while at < len(words):
-            amount = next((n for n in (4, 3, 2) if tuple(words[at : at + n]) in _AMOUNTS), 0)
+            amount = next((n for n in (4, 3, 2) if at + n <= len(words) and tuple(words[at : at + n]) in _AMOUNTS), 0)
             word = words[at]
             if word in {"that", "this", "these", "those"} and at + 1 < len(words) and words[at + 1] in _ARTICLES:
                 break  # "make that a large one"

@@ -153,6 +153,8 @@ class RequestReader:
             self._wanted.moves = True
             return True
         text = cues.NOT_ASKED_FOR.sub(" ", text)
+        if cues.ABOUT_A_THING.match(text):
+            return False
         cut = re.split(
             r"\b(?:for (?:my|the|our|a) (?!T\d)\w+|so (?:that )?i can .*|to (?:go|eat|drink|"
             r"have) .*|(?:because|since) .*)|(?<=\bplease) (?:i|it|we|my|there|that) .*",
@@ -338,15 +340,22 @@ class RequestReader:
             spec = resolve(replace(thing, head="one"), self._narrowed(spec), (), self._said) or spec
         if thing.count == 1 and (thing.definite or not thing.article) and spec in self._wanted.add:
             return True  # "the green cup, get me the green cup"
+        if thing.head == "one" and self._says_nothing(thing) and spec.type in {has.type for has in self._wanted.add}:
+            return True  # "I am looking for a plate, could you find one"
         self._nouns.append(spec)
         if thing.head != "noun" and thing.definite and clause.kind in {"wish", "plain"} and spec.color + spec.size:
             self._wanted.indirect = True  # "I want the blue one"
         self._wanted.indirect = (
-            self._wanted.indirect or thing.compared or thing.different or (thing.other and clause.kind == "plain")
+            self._wanted.indirect or thing.compared or thing.different or (thing.other and clause.kind in {"plain", "wish"})
         )
         self._wanted.add += [spec] * thing.count
         self._wanted.definite += [thing.definite] * thing.count
         return True
+
+    @staticmethod
+    def _says_nothing(thing: Thing) -> bool:
+        """Whether a pointing word is a mere "one"."""
+        return not (thing.spec.color or thing.spec.size or thing.definite or thing.another or thing.other or thing.ordinal)
 
     def _narrowed(self, spec: ObjectSpec) -> Context:
         """The context, seen by someone who speaks of this type."""
@@ -361,6 +370,8 @@ class RequestReader:
             if topic and thing.definite and not (thing.spec.color or thing.spec.size):
                 return replace(source, location=location)
             return replace(thing.spec, type=source.type, location=location)
+        if self._nouns and self._nouns[-1].type in {has.type for has in self._context.recent}:
+            return resolve(thing, self._narrowed(self._nouns[-1]), (), self._said)
         if self._nouns:
             return resolve(thing, self._context, self._nouns, self._said)
         return resolve(thing, self._context, (), self._said)
@@ -411,7 +422,7 @@ class RequestReader:
                 last_negative = (
                     listed
                     or cues.NEGATIVE.search(before) is not None
-                    or (cues.NO.search(before) is not None and not self._things[number].article and total > 1)
+                    or (cues.NO.search(before) is not None and clause.kind != "lack" and not self._things[number].article and total > 1)
                     or cues.PREFERRED_OVER.search(before) is not None
                     or (cues.BACK.match(after) is not None and clause.kind in {"fetch", "put", "drop", "plain"})
                     or (
