@@ -74,7 +74,8 @@ class Blocker:
 sys.meta_path.insert(0, Blocker())
 import numpy as np
 from attune.speech.age.model_estimator import load_estimator
-found = load_estimator({str(exported)!r}).estimate(np.sin(np.arange(16000) / 9).astype(np.float32), ())
+from attune.speech.recogniser import Recognition
+found = load_estimator({str(exported)!r}).estimate(np.sin(np.arange(16000) / 9).astype(np.float32), Recognition())
 assert found.source == "model" and len(found.probabilities) == {len(AGE_GROUPS)}, found
 import attune.cli.train_age, attune.cli.eval_age, attune.evaluation.age
 """
@@ -105,3 +106,20 @@ def test_a_damaged_export_is_named(exported: Path, tmp_path: Path, damage: str) 
     (tmp_path / damage).write_bytes(b"broken")
     with pytest.raises(OnnxModelError, match=damage):
         load_age_model(str(tmp_path))
+
+
+def test_a_recogniser_s_features_serve_instead_of_the_model_s_own(trained: Outcome, exported: Path, speech) -> None:  # type: ignore[no-untyped-def]
+    features = log_mel(speech)
+    for folder in (trained.model, exported):
+        model = load_age_model(str(folder))
+        # With other sound beside them it is seen that they are what is used.
+        found = model.probabilities(np.zeros_like(speech), features)
+        np.testing.assert_array_equal(found, model.probabilities(speech))
+        assert not np.array_equal(found, model.probabilities(np.zeros_like(speech)))
+
+
+def test_features_that_do_not_fit_are_left_aside(paper_folder: Path, speech) -> None:  # type: ignore[no-untyped-def]
+    heard_at_30_s = load_age_model(str(paper_folder))
+    np.testing.assert_array_equal(
+        heard_at_30_s.probabilities(speech, log_mel(speech)), heard_at_30_s.probabilities(speech)
+    )

@@ -14,6 +14,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from attune.core.config import SpeechConfig
+from attune.speech.age.features import features_for, log_mel
 from attune.speech.audio import Samples
 from attune.speech.choice import choose_recogniser
 from attune.speech.domain_fit import DomainFit
@@ -141,6 +142,7 @@ def test_an_utterance_longer_than_the_window_is_heard_in_parts(recogniser: Whisp
     assert heard.text == "bring me the red cup bring me the red cup"
     assert heard.words[-1].end <= 31.0
     assert heard.words[5].start >= 30.0
+    assert heard.log_mel is None
 
 
 def test_nothing_heard_is_an_empty_result(recogniser: WhisperRecogniser) -> None:
@@ -209,3 +211,25 @@ def test_auto_takes_whisper_when_its_weights_are_here_and_says_why(weights: Path
     assert isinstance(choose_recogniser(SpeechConfig(asr="sphinx"), SENTENCES).recogniser, SphinxRecogniser)
     with pytest.raises(WhisperWeightsError):
         choose_recogniser(SpeechConfig(asr="whisper", whisper_model=str(tmp_path / "none")), SENTENCES)
+
+
+@pytest.mark.parametrize("count", [16_000, 16_001, 48_123])
+def test_its_features_are_those_of_faster_whisper_and_serve_an_age_model_too(
+    recogniser: WhisperRecogniser, count: int
+) -> None:
+    from faster_whisper.feature_extractor import FeatureExtractor
+
+    samples = sound(3.2)[:count]
+    theirs = FeatureExtractor(feature_size=80)(samples)
+    ours = log_mel(samples)
+    # Theirs has 10 ms of silence at the end, ours goes on to the end of 20 ms.
+    frames = count // 160 - 2
+    np.testing.assert_allclose(ours[:, :frames], theirs[:, :frames], atol=1e-4)
+    recogniser.start()
+    recogniser.accept(samples)
+    found = recogniser.finish()
+    assert found.log_mel is not None
+    np.testing.assert_array_equal(found.log_mel, ours)
+    assert features_for(samples, found.log_mel, bands=80, padded=False) is found.log_mel
+    assert features_for(samples, found.log_mel, bands=128, padded=False).shape[0] == 128
+    assert features_for(samples, found.log_mel, bands=80, padded=True).shape[1] == 3000

@@ -76,7 +76,7 @@ class Listener:
         self._recogniser = recogniser
         self._partial = ""
         self.speaker_age = AgeTracker(config.older_from)
-        """The mean of the last interactions; call its `state` when the person tells their age group."""
+        """The mean of the last interactions."""
 
     async def run(self) -> None:
         """Listen until cancelled, or until the source ends and its last utterance is out.
@@ -150,7 +150,7 @@ class Listener:
 
         def finish() -> tuple[Recognition, AgeEstimate]:
             recognition = ears.recogniser.finish()
-            return recognition, self._age.estimate(samples, recognition.words) if self._age else AgeEstimate()
+            return recognition, self._age.estimate(samples, recognition) if self._age else AgeEstimate()
 
         recognition, estimate = await self._clock.run_in_thread(finish)
         self._partial = ""

@@ -1,7 +1,10 @@
 """What every speech recogniser offers: sound in, partial and final text out."""
 
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from typing import Protocol
+
+import numpy as np
+from numpy.typing import NDArray
 
 from attune.speech.audio import Samples
 
@@ -32,6 +35,8 @@ class Recognition:
         confidence: 0 to 1 that this is what was said.
         in_domain: False when the sound fits the domain badly: noise, talk about something else.
         words: In order.
+        log_mel: Of the whole utterance, shape (bands, frames of 10 ms), from recognisers that compute it as
+            `attune.speech.age.features.log_mel` does; None from others, and for more than 30 s.
     """
 
     text: str = ""
@@ -39,6 +44,7 @@ class Recognition:
     confidence: float = 0.0
     in_domain: bool = False
     words: tuple[RecognisedWord, ...] = ()
+    log_mel: NDArray[np.float32] | None = field(default=None, compare=False, repr=False)
 
 
 class Recogniser(Protocol):

@@ -9,7 +9,9 @@ from pathlib import Path
 from typing import Any
 
 import numpy as np
+from numpy.typing import NDArray
 
+from attune.speech.age.features import log_mel
 from attune.speech.audio import SAMPLE_RATE, Samples
 from attune.speech.domain_fit import DomainFit
 from attune.speech.recogniser import RecognisedWord, Recognition
@@ -77,7 +79,7 @@ class WhisperRecogniser:
         self._decoded_until = 0.0
         # How fast this machine is, and the first decoding, which is slower, is behind us.
         began = time.perf_counter()
-        self._decode(np.zeros(SAMPLE_RATE, np.float32), beam=1)
+        self._decode(self._features(np.zeros(SAMPLE_RATE, np.float32)), beam=1)
         self._pace = max(_LEAST_NEW_SOUND, _PARTIAL_SHARE * (time.perf_counter() - began))
 
     @property
@@ -101,7 +103,9 @@ class WhisperRecogniser:
         """What has been understood so far. Decodes again only after enough new sound, so it lags behind."""
         if self._seconds - self._decoded_until >= self._pace:
             self._decoded_until = self._seconds
-            hypotheses, _, no_speech = self._decode(self._heard()[-int(_WINDOW * SAMPLE_RATE) :], beam=1)
+            hypotheses, _, no_speech = self._decode(
+                self._features(self._heard()[-int(_WINDOW * SAMPLE_RATE) :]), beam=1
+            )
             self._partial = plain(self._tokenizer.decode(hypotheses[0][0])) if no_speech < _SILENT else ""
         return self._partial
 
@@ -124,6 +128,7 @@ class WhisperRecogniser:
             confidence=min(part.confidence for part in said),
             in_domain=self._domain.contains(text),
             words=tuple(word for part in said for word in part.words),
+            log_mel=parts[0].log_mel if len(parts) == 1 else None,
         )
 
     def _heard(self) -> Samples:
@@ -132,7 +137,8 @@ class WhisperRecogniser:
     def _recognise(self, sound: Samples, offset: float) -> Recognition:
         if len(sound) == 0:
             return Recognition()
-        hypotheses, encoded, no_speech = self._decode(sound, beam=_BEAM)
+        features = self._features(sound)
+        hypotheses, encoded, no_speech = self._decode(features, beam=_BEAM)
         tokens, probability = hypotheses[0]
         text = plain(self._tokenizer.decode(tokens))
         if no_speech >= _SILENT or not text:
@@ -143,14 +149,18 @@ class WhisperRecogniser:
             alternatives=tuple(reading for reading in readings if reading not in {"", text}),
             confidence=probability * (1 - no_speech),
             words=self._words(tokens, encoded, len(sound), offset),
+            log_mel=features,
         )
 
-    def _decode(self, sound: Samples, beam: int) -> tuple[list[tuple[list[int], float]], Any, float]:
+    def _features(self, sound: Samples) -> NDArray[np.float32]:
+        # Ours instead of faster-whisper's: the same values, and an age model can take them as they are.
+        return log_mel(sound, bands=self._model.model.n_mels)
+
+    def _decode(self, features: NDArray[np.float32], beam: int) -> tuple[list[tuple[list[int], float]], Any, float]:
         """Token sequences with the mean probability of a token, best first; the encoded sound; chance of no speech."""
         from faster_whisper.audio import pad_or_trim
 
-        features = pad_or_trim(self._model.feature_extractor(sound))
-        encoded = self._model.encode(features)
+        encoded = self._model.encode(pad_or_trim(features))
         [result] = self._model.model.generate(
             encoded,
             [self._prompt],

@@ -76,6 +76,8 @@ _AGE = re.compile(
     + "|".join(_NUMBERS)
     + r")(?:ties|s)?(?: \w+)?(?: years?(?: old| young)?)?[ .,]*$"
 )
+_OLDER_FROM = 60
+"""Years; as `[speech] older_from` has it by default."""
 _OLD = re.compile(
     r"\bi am (?:an? )?(?:very |quite |rather )?(old|older|elderly|senior|pensioner|retired|young|younger|teenager|"
     r"student|kid|child)(?: \w+)?[ .,]*$"
@@ -197,7 +199,7 @@ def _style(plain: str, skeleton: str) -> Interpretation | None:
 def _band(text: str) -> Band | None:
     if match := _AGE.search(text):
         age = int(match[1]) if match[1].isdigit() else _NUMBERS[match[1]]
-        return ("older" if age >= 50 else "younger") if 5 <= age <= 120 else None
+        return ("older" if age >= _OLDER_FROM else "younger") if 5 <= age <= 120 else None
     if match := _OLD.search(text):
         return "older" if match[1] in {"old", "older", "elderly", "senior", "pensioner", "retired"} else "younger"
     return None

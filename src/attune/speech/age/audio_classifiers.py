@@ -98,7 +98,9 @@ class HubAudioClassifier:
                 self._matrix = groups_from_labels(labels)
         self._model.eval()
 
-    def probabilities(self, samples: NDArray[np.float32]) -> NDArray[np.float64]:
+    def probabilities(
+        self, samples: NDArray[np.float32], features: NDArray[np.float32] | None = None
+    ) -> NDArray[np.float64]:
         """Over the nine groups, shape (9,), from 16 kHz mono samples."""
         with torch.inference_mode():
             output = self._model(self._input(samples))

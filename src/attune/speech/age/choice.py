@@ -23,7 +23,7 @@ def make_age_estimator(age: str, older_from: AgeGroup = OLDER_FROM) -> AgeEstima
     if age == NORMS:
         from attune.speech.age.norms import NormsEstimator
 
-        return NormsEstimator()
+        return NormsEstimator(older_from)
     from attune.speech.age.model_estimator import load_estimator
 
     return load_estimator(age, older_from)

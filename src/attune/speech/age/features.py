@@ -43,6 +43,22 @@ def log_mel(samples: NDArray[np.float32], *, bands: int = 80, padded: bool = Fal
     return np.asarray((np.maximum(mel, mel.max() - 8.0) + 4.0) / 4.0, np.float32)
 
 
+def features_for(
+    samples: NDArray[np.float32], given: NDArray[np.float32] | None, *, bands: int, padded: bool
+) -> NDArray[np.float32]:
+    """The features that a recogniser computed already, if they are what the model takes; else its own.
+
+    Args:
+        samples: See `log_mel`.
+        given: The recogniser's `log_mel` of the same samples, of their true length, or None.
+        bands: See `log_mel`.
+        padded: See `log_mel`.
+    """
+    if given is not None and not padded and given.shape[0] == bands:
+        return given
+    return log_mel(samples, bands=bands, padded=padded)
+
+
 @cache
 def _window() -> NDArray[np.float32]:
     return (0.5 - 0.5 * np.cos(2 * np.pi * np.arange(WINDOW) / WINDOW)).astype(np.float32)

@@ -1,13 +1,11 @@
 """An age model as the estimator that the listener asks for each utterance."""
 
-from collections.abc import Sequence
-
 from attune.core.messages import AgeEstimate, AgeGroup, Band
 from attune.speech.age.features import SAMPLE_RATE
 from attune.speech.age.groups import OLDER_FROM, probability_older
 from attune.speech.age.models import AgeModel, load_age_model
 from attune.speech.audio import Samples
-from attune.speech.recogniser import RecognisedWord
+from attune.speech.recogniser import Recognition
 
 SHORTEST = 0.5
 """From less sound than this no age is estimated [s]."""
@@ -28,11 +26,11 @@ class ModelEstimator:
         self._older_from = older_from
         self._certain = certain
 
-    def estimate(self, samples: Samples, words: Sequence[RecognisedWord]) -> AgeEstimate:
-        """From the utterance's sound (16 kHz mono); the words are not used. Blocks; call it in a thread."""
+    def estimate(self, samples: Samples, heard: Recognition) -> AgeEstimate:
+        """From the utterance's sound (16 kHz mono); the recogniser's log-mel features serve if they fit. Blocks."""
         if len(samples) < SHORTEST * SAMPLE_RATE:
             return AgeEstimate(source="model")
-        probabilities = self._model.probabilities(samples)
+        probabilities = self._model.probabilities(samples, heard.log_mel)
         older = probability_older(probabilities, self._older_from)
         likelier: Band = "older" if older >= 0.5 else "younger"
         confidence = max(older, 1 - older)

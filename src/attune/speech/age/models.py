@@ -6,18 +6,21 @@ from typing import Any, Protocol
 import numpy as np
 from numpy.typing import NDArray
 
-from attune.speech.age.features import log_mel
+from attune.speech.age.features import features_for
 from attune.speech.age.hub import fetch, require
 
 
 class AgeModel(Protocol):
     """Estimates the age group from one utterance."""
 
-    def probabilities(self, samples: NDArray[np.float32]) -> NDArray[np.float64]:
+    def probabilities(
+        self, samples: NDArray[np.float32], features: NDArray[np.float32] | None = None
+    ) -> NDArray[np.float64]:
         """Over the nine groups of `AGE_GROUPS`, shape (9,), sums to 1. Blocks; call it in a thread.
 
         Args:
             samples: Shape (n,), 16 kHz, mono, -1 to 1.
+            features: Their `log_mel`, if a recogniser computed it; a model that hears otherwise leaves it aside.
         """
         ...
 
@@ -34,12 +37,13 @@ class WhisperAgeModel:
         self.classifier = classifier.eval().to(device)
         self._device = device
 
-    def probabilities(self, samples: NDArray[np.float32]) -> NDArray[np.float64]:
+    def probabilities(
+        self, samples: NDArray[np.float32], features: NDArray[np.float32] | None = None
+    ) -> NDArray[np.float64]:
         """Over the nine groups, shape (9,), from 16 kHz mono samples."""
         padded = self.classifier.options.length == "padded"
-        return self.probabilities_of_features(
-            log_mel(samples, bands=self.classifier.config.num_mel_bins, padded=padded)
-        )
+        bands = self.classifier.config.num_mel_bins
+        return self.probabilities_of_features(features_for(samples, features, bands=bands, padded=padded))
 
     def probabilities_of_features(self, features: NDArray[np.float32]) -> NDArray[np.float64]:
         """The same from log-mel features (bands, even number of frames) that a Whisper recogniser has already."""

@@ -7,7 +7,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from attune.core.errors import AttuneError
-from attune.speech.age.features import log_mel
+from attune.speech.age.features import features_for
 from attune.speech.age.hub import require
 
 MODEL_FILE = "model.onnx"
@@ -52,9 +52,11 @@ class OnnxAgeModel:
         except Exception as error:  # noqa: BLE001 - onnxruntime's exceptions have no public base class
             raise OnnxModelError(f"{folder / MODEL_FILE} cannot be loaded: {error}", "Export it again") from None
 
-    def probabilities(self, samples: NDArray[np.float32]) -> NDArray[np.float64]:
+    def probabilities(
+        self, samples: NDArray[np.float32], features: NDArray[np.float32] | None = None
+    ) -> NDArray[np.float64]:
         """Over the nine groups, shape (9,), from 16 kHz mono samples."""
-        return self.probabilities_of_features(log_mel(samples, bands=self._bands, padded=self._padded))
+        return self.probabilities_of_features(features_for(samples, features, bands=self._bands, padded=self._padded))
 
     def probabilities_of_features(self, features: NDArray[np.float32]) -> NDArray[np.float64]:
         """The same from log-mel features (bands, even number of frames) that a Whisper recogniser has already."""

@@ -1,4 +1,4 @@
-"""The age band that the dialogue uses: it does not flip with every utterance, and what a person states wins."""
+"""The age band that the voice tells: it does not flip with every utterance. What a person states is the dialogue's."""
 
 from collections import deque
 
@@ -10,6 +10,8 @@ from attune.speech.age.groups import OLDER_FROM, probability_older
 _INTERACTIONS = 5
 _BECOMES, _STAYS = 0.65, 0.5
 """Probability at which a band is taken, and down to which it is kept."""
+_BECOMES_BY_NORMS = 0.75
+"""The embedded norms know so little that they must be surer, and have heard all of the last five."""
 
 
 class AgeTracker:
@@ -23,11 +25,6 @@ class AgeTracker:
         self._older_from = older_from
         self._estimates: deque[AgeEstimate] = deque(maxlen=_INTERACTIONS)
         self._band: Band = "unknown"
-        self._stated: Band = "unknown"
-
-    def state(self, band: Band) -> None:
-        """Take what the person says about themselves; `unknown` goes back to estimating."""
-        self._stated = band
 
     def update(self, estimate: AgeEstimate) -> AgeEstimate:
         """Take the estimate of one utterance and give the one to act on. An empty estimate changes nothing."""
@@ -38,19 +35,23 @@ class AgeTracker:
     @property
     def current(self) -> AgeEstimate:
         """The estimate to act on."""
-        if self._stated != "unknown":
-            return AgeEstimate(probabilities=self._mean(), band=self._stated, confidence=1.0, source="stated")
         mean = self._mean()
         if not mean:
             return AgeEstimate()
         older = probability_older(mean, self._older_from)
         shares: dict[Band, float] = {"older": older, "younger": 1 - older}
         if shares.get(self._band, 0.0) < _STAYS:
-            self._band = next((band for band, share in shares.items() if share >= _BECOMES), "unknown")
+            needed = self._needed()
+            self._band = next((band for band, share in shares.items() if share >= needed), "unknown")
         confidence = shares.get(self._band, max(shares.values()))
         return AgeEstimate(
             probabilities=mean, band=self._band, confidence=confidence, source=self._estimates[-1].source
         )
+
+    def _needed(self) -> float:
+        if any(estimate.source != "norms" for estimate in self._estimates):
+            return _BECOMES
+        return _BECOMES_BY_NORMS if len(self._estimates) == _INTERACTIONS else np.inf
 
     def _mean(self) -> tuple[float, ...]:
         if not self._estimates:
