@@ -385,3 +385,22 @@ def test_replies_vary_and_repeat_never_twice_in_a_row() -> None:
     texts = [reply.text for reply in converse(scenario).replies]
     assert len(set(texts)) > 1
     assert all(first != second for first, second in zip(texts, texts[1:], strict=False))
+
+
+def test_what_goes_back_is_not_announced_as_brought_and_an_incomplete_breakfast_is_not_ready() -> None:
+    cup = spec("cup", "red")
+
+    async def scenario(talk: Talk) -> None:
+        await talk.say("please make breakfast")
+        command = talk.commands[0]
+        back = (m.QueuedTask(object=cup, destination="", status="returning"),)
+        await talk.works_on(cup, step="transporting_deliver", move_base=True, destination_location="shelf", queue=back)
+        assert "back" in talk.said()
+        assert "ringing" not in talk.said()
+        ended = m.CommandOutcome(time=0.0, command=command.id, kind="setting_breakfast", status="failed", place="table")
+        talk.bus.publish(OUTCOME, ended)
+        await talk.clock.sleep(0.1)
+
+    talk = converse(scenario)
+    assert "ready" not in talk.said()
+    assert "orry" in talk.said()

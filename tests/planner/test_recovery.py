@@ -97,6 +97,20 @@ def test_a_failure_that_stays_is_told_and_the_next_object_comes(make_kitchen, ac
     kitchen.check_nothing_lost()
 
 
+def test_a_command_of_which_not_all_arrived_ends_as_failed_and_tells_how_many(make_kitchen):
+    kitchen = make_kitchen()
+    command = bring("red_cup", "white_bowl")
+
+    async def script():
+        kitchen.robot.remove_object("red_cup")
+        kitchen.say(command)
+        await kitchen.settle()
+
+    kitchen.play(script)
+    last = [outcome for outcome in kitchen.outcomes if outcome.command == command.id][-1]
+    assert (last.status, last.detail, last.object.name) == ("failed", "1 of 2 arrived", "")
+
+
 def test_what_cannot_be_put_down_there_goes_home(make_kitchen):
     kitchen = make_kitchen()
     command = bring("red_cup")

@@ -1,7 +1,8 @@
 """A kitchen with a planner and a simulated robot, played in virtual time: what the robot's evaluations run in."""
 
 import math
-from collections.abc import Awaitable, Callable, Mapping
+from collections.abc import Awaitable, Callable, Coroutine, Mapping
+from typing import Any
 
 import anyio
 
@@ -49,7 +50,7 @@ class Kitchen:
         self.bus.on(OUTCOME, self.outcomes.append)
 
     def play(
-        self, script: Callable[[], Awaitable[None]], meanwhile: Callable[[], Awaitable[None]] | None = None
+        self, script: Callable[[], Awaitable[None]], meanwhile: Callable[[], Coroutine[Any, Any, None]] | None = None
     ) -> None:
         """Run robot, planner and what else should go on `meanwhile`, as long as the script lasts."""
 

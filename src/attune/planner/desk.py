@@ -178,8 +178,14 @@ class Desk:
         same = [item for item in self.agenda.deliveries if item.command == delivery.command]
         wanted = [item for item in same if item.status in {"delivered", "failed"}]
         if delivery.command and len(wanted) > 1 and not any(item.open for item in same):
-            failed = all(item.status == "failed" for item in wanted)
-            self.tell(delivery.command, delivery.kind, "failed" if failed else "done", place=wanted[-1].destination)
+            arrived = sum(item.status == "delivered" for item in wanted)
+            self.tell(
+                delivery.command,
+                delivery.kind,
+                "done" if arrived == len(wanted) else "failed",
+                place=wanted[-1].destination,
+                detail=f"{arrived} of {len(wanted)} arrived",
+            )
 
     def _world_changed(self, world: WorldState) -> None:
         self._bus.publish(WORLD, world)

@@ -2,6 +2,7 @@
 
 import math
 from collections.abc import Callable, Iterator
+from collections.abc import Set as AbstractSet
 from contextlib import contextmanager
 from typing import Literal, TypeVar
 
@@ -9,7 +10,7 @@ from attune.core.clock import Clock
 from attune.core.scene import Scene, Surface
 from attune.planner.belief import Belief, Individual
 from attune.planner.designators import Spot, is_clear, look_points, middle
-from attune.planner.plan import Node, Part, monitor, try_in_order
+from attune.planner.plan import Node, Part, monitor
 from attune.planner.state import StateBoard
 from attune.robots.interface import (
     Arm,
@@ -33,6 +34,8 @@ T = TypeVar("T")
 
 POSES_TRIED = 3
 """Base poses from which one thing is tried before it counts as out of reach."""
+SAME = 0.03
+"""Base poses nearer than this, facing the same way, are the same [m]."""
 
 
 class Skills:
@@ -46,6 +49,8 @@ class Skills:
         self.board = board
         self.parked = False
         """Whether the arms are known to be out of the way."""
+        self.destined = ""
+        """The container into which the present delivery goes: opened with free hands, it stays open till the end."""
         self._left_open: set[str] = set()
         self.placing: Spot | None = None
         """Where something is being put down at this moment."""
@@ -95,7 +100,8 @@ class Skills:
             target: What is to be reached.
             act: What to do there.
             place: The kind of place it is at.
-            keep_open: The container to leave open; others are closed before. None leaves all as they are.
+            keep_open: The container that must stay open. Others are closed before if the hands are free, for that is
+                hard with full ones; else only if they are in the way. None leaves all as they are.
             skip: So many of the best poses come last.
         """
 
@@ -107,14 +113,28 @@ class Skills:
             return Part("from this pose", body)
 
         async def body(node: Node) -> T:
-            if keep_open is not None and self._to_close(keep_open):
-                await node.do(self._close_all(keep_open))
+            if keep_open is not None and not self.belief.held() and self._to_close({keep_open, self.destined}):
+                await node.do(self._close_all({keep_open, self.destined}))
             self.board.update()
             poses = await self.robot.base_poses(target)
-            if not poses:
-                raise Unreachable(name, "there is no pose for the base")
-            tries = [attempt(pose) for pose in (*poses[skip:], *poses[:skip])[:POSES_TRIED]]
-            return await node.do(try_in_order("pose by pose", *tries, on=(PathBlocked, Unreachable, ContainerStuck)))
+            if not poses and keep_open is not None and self._to_close({keep_open}):
+                await node.do(self._close_all({keep_open}))
+                poses = await self.robot.base_poses(target)
+            failure: RobotFailure = Unreachable(name, "there is no pose for the base")
+            tried: list[BasePose] = []
+            while True:
+                pose = next((pose for pose in (*poses[skip:], *poses[:skip]) if _is_new(pose, tried)), None)
+                if pose is None:
+                    raise failure
+                tried.append(pose)
+                try:
+                    return await node.do(attempt(pose))
+                except (PathBlocked, Unreachable, ContainerStuck) as error:
+                    failure = error
+                if len(tried) == POSES_TRIED:
+                    raise failure
+                # From there more was seen than was known when the poses were computed.
+                poses = await self.robot.base_poses(target)
 
         return Part(name, body)
 
@@ -123,6 +143,7 @@ class Skills:
 
         async def body(node: Node) -> None:
             self._left_open.clear()
+            self.destined = ""
             await node.do(self._close_all())
             await node.do(self.park())
 
@@ -140,7 +161,8 @@ class Skills:
 
     # --- containers --------------------------------------------------------------------------------------------
 
-    def _open_for(self, surface: Surface) -> Part[None]:
+    def open_for(self, surface: Surface) -> Part[None]:
+        """See that what a surface is in is open."""
 
         async def body(node: Node) -> None:
             if surface.container not in self.robot.status().opened:
@@ -148,10 +170,10 @@ class Skills:
 
         return Part(f"see that the {surface.place} is open", body)
 
-    def _to_close(self, keep_open: str = "") -> list[str]:
-        return sorted(self.robot.status().opened - {keep_open} - self._left_open)
+    def _to_close(self, keep_open: AbstractSet[str] = frozenset()) -> list[str]:
+        return sorted(self.robot.status().opened - keep_open - self._left_open)
 
-    def _close_all(self, keep_open: str = "") -> Part[None]:
+    def _close_all(self, keep_open: AbstractSet[str] = frozenset()) -> Part[None]:
         async def body(node: Node) -> None:
             for container in self._to_close(keep_open):
                 try:
@@ -200,7 +222,7 @@ class Skills:
 
         async def body(node: Node) -> Individual | None:
             if surface.container:
-                await node.do(self._open_for(surface))
+                await node.do(self.open_for(surface))
             target, container = LookTarget(middle(surface)), surface.container
             for view in range(2):  # From the second, what was hidden may be seen.
                 there = Part("look", look)
@@ -248,7 +270,7 @@ class Skills:
 
         async def body(node: Node) -> None:
             if surface and surface.container:
-                await node.do(self._open_for(surface))
+                await node.do(self.open_for(surface))
             target = PickTarget(percept)
             await node.do(self.at_base_pose("take it", target, Part("grasp", grasp), place, keep_open=container))
 
@@ -271,7 +293,7 @@ class Skills:
 
         async def body(node: Node) -> None:
             if surface.container:
-                await node.do(self._open_for(surface))
+                await node.do(self.open_for(surface))
             self.placing = None
             target = PlaceTarget(arm, spot.position)
             act, container = Part("put down", put), surface.container
@@ -303,3 +325,8 @@ class Skills:
             yield
         finally:
             self.board.note(move_arm=False, move_base=False)
+
+
+def _is_new(pose: BasePose, tried: list[BasePose]) -> bool:
+    """Whether a base pose differs from those that were tried."""
+    return all(math.dist((pose.x, pose.y), (other.x, other.y)) > SAME or pose.yaw != other.yaw for other in tried)

@@ -12,7 +12,7 @@ from attune.planner.desk import Desk
 from attune.planner.plan import FAILURES, Node, Part, retry
 from attune.planner.recovery import NoSpace, NotFound, recoveries
 from attune.planner.skills import Skills
-from attune.robots.interface import ARMS, Arm, ObjectNotThere, PathBlocked, PlacementFailed, Unreachable
+from attune.robots.interface import ObjectNotThere, PathBlocked, PlacementFailed, Unreachable
 
 SPOTS_TRIED = 5
 """Free spots tried before a place counts as out of reach."""
@@ -61,6 +61,7 @@ class Transport:
                     board.update(step="already_done")
                     self._desk.close(self._goal, item, "" if item.displaced else "already_there")
                     return
+                await node.do(self._prepare(item))
                 item = await node.do(self._fetch(item, number))
             await node.do(self._deliver(item))
 
@@ -104,10 +105,26 @@ class Transport:
 
         return Part("search", body)
 
-    # --- fetch and deliver -------------------------------------------------------------------------------------
+    # --- prepare, fetch and deliver ----------------------------------------------------------------------------
+
+    def _prepare(self, item: Individual) -> Part[None]:
+        """Open what the object is to be put into while both hands are free; if that fails, it is tried again later."""
+
+        async def body(node: Node) -> None:
+            spot = self._next_spot(item, [])
+            self._skills.destined = spot.surface.container if spot else ""
+            if spot and self._skills.destined:
+                self._desk.board.update(destination_location=spot.surface.place)
+                try:
+                    await node.do(self._skills.open_for(spot.surface))
+                except FAILURES:
+                    return
+
+        return Part("prepare the destination", body)
 
     def _fetch(self, item: Individual, attempt: int) -> Part[Individual]:
-        arm: Arm | None = None if attempt == 0 else ARMS[attempt % 2]
+        arms = self._skills.robot.arms
+        arm = None if attempt == 0 else arms[attempt % len(arms)]
 
         async def body(node: Node) -> Individual:
             self._desk.board.update(

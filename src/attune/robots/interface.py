@@ -210,6 +210,9 @@ class UnknownTarget(RobotFailure):
 class Robot(ABC):
     """A mobile robot with arms. See the module's docstring for the contract."""
 
+    arms: tuple[Arm, ...] = ARMS
+    """The arms it has, the preferred one first."""
+
     @abstractmethod
     def status(self) -> RobotStatus:
         """The robot's own state, now. Cheap; any thread."""
