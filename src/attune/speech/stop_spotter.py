@@ -5,12 +5,12 @@ import tempfile
 from pathlib import Path
 
 from attune.speech.audio import Samples
-from attune.speech.pronunciation import dictionary_text, pronounce
+from attune.speech.pronunciation import dictionary_text
 from attune.speech.sphinx import pcm16
 
-_KEYWORDS = {"stop": 1e-10}
-"""Threshold of the keyword search. "Freeze" fires on "please" and "halt" on half of all speech, so only the partial
-results tell those."""
+_KEYWORDS = {"stop": ("S T AA P", 1e-10), "stop-british": ("S T AO P", 1e-10)}
+"""Sounds and threshold of the keyword search. "Freeze" fires on "please" and "halt" on half of all speech, so only the
+partial results tell those."""
 _STOP = re.compile(r"(?<!\w)(stop|halt|freeze|wait|pause|hold (?:on|it)|don't move|stand still)(?!\w)")
 _CERTAIN = {"stop", "halt"}
 _STEADY = 3
@@ -33,8 +33,8 @@ class StopSpotter:
         models = Path(pocketsphinx.get_model_path()) / "en-us"
         with tempfile.TemporaryDirectory() as folder:
             dictionary, keywords = Path(folder) / "stop.dict", Path(folder) / "stop.keywords"
-            dictionary.write_text(dictionary_text(pronounce(_KEYWORDS)), encoding="utf-8")
-            keywords.write_text("".join(f"{word} /{threshold:g}/\n" for word, threshold in _KEYWORDS.items()))
+            dictionary.write_text(dictionary_text({word: (phones,) for word, (phones, _) in _KEYWORDS.items()}))
+            keywords.write_text("".join(f"{word} /{threshold:g}/\n" for word, (_, threshold) in _KEYWORDS.items()))
             self._search = pocketsphinx.Decoder(
                 hmm=str(models / "en-us"), dict=str(dictionary), kws=str(keywords), loglevel="FATAL"
             )
@@ -58,7 +58,7 @@ class StopSpotter:
         hypothesis = self._search.hyp()
         if not hypothesis:
             return ""
-        word = hypothesis.hypstr.split()[0]
+        word = hypothesis.hypstr.split()[0].partition("-")[0]
         # Without a fresh start the same hit would be reported for ever.
         self._search.end_utt()
         self._search.start_utt()
