@@ -14,7 +14,8 @@ import soundfile
 os.environ["HF_HUB_OFFLINE"] = "1"
 
 if importlib.util.find_spec("torch"):
-    from attune.training.pipeline import Outcome, TrainingRequest, train_age_model
+    from attune.training.pipeline import Outcome, train_age_model
+    from attune.training.request import TrainingRequest
     from attune.training.settings import TrainingSettings
 
     SETTINGS = TrainingSettings(batch_size=8, epochs=12, learning_rate=3e-3, patience=12)

@@ -67,3 +67,14 @@ def test_train_age_trains_and_writes_both_forms(corpus: Path, whisper_folder: Pa
 def test_an_unknown_group_is_answered_with_the_known_ones(corpus: Path, paper_folder: Path) -> None:
     with pytest.raises(AttuneError, match="fourties"):
         run(eval_age, "--common-voice", corpus, "--model", paper_folder, "--older-from", "old")
+
+
+def test_a_missing_column_is_told_before_anything_is_computed(
+    corpus: Path, whisper_folder: Path, tmp_path: Path
+) -> None:
+    (tmp_path / "clips").mkdir()
+    for name in ("train.tsv", "dev.tsv"):
+        (tmp_path / name).write_text((corpus / name).read_text().replace("\tage\t", "\tyears\t", 1))
+    with pytest.raises(AttuneError, match="lacks the column age"):
+        run(train_age, "--common-voice", tmp_path, "--encoder", whisper_folder, "--out", tmp_path / "out")
+    assert not (tmp_path / "out" / "cache").exists()

@@ -108,7 +108,8 @@ def train_age(
 
     from attune.cli.age_options import age_group
     from attune.speech.age.options import AgeModelOptions
-    from attune.training.pipeline import TrainingRequest, train_age_model
+    from attune.training.pipeline import train_age_model
+    from attune.training.request import TrainingRequest
     from attune.training.settings import TrainingSettings
 
     console = Console(stderr=True)

@@ -3,97 +3,38 @@
 import json
 import shutil
 from collections.abc import Callable, Sequence
-from dataclasses import asdict, dataclass, field, replace
-from importlib.metadata import version
+from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import Any, Literal
 
 import numpy as np
-import torch
 from accelerate import Accelerator
 
 from attune.core.errors import AttuneError
-from attune.core.messages import AGE_GROUPS, AgeGroup
+from attune.core.messages import AGE_GROUPS
 from attune.speech.age.checkpoints import new_classifier, save_classifier
-from attune.speech.age.groups import OLDER_FROM
-from attune.speech.age.hub import WHISPER_SMALL
 from attune.speech.age.options import AgeModelOptions
 from attune.speech.age.whisper_classifier import WhisperAgeClassifier
 from attune.training.common_voice import (
-    PAPER_FILES,
-    PAPER_MINIMUM,
-    PAPER_TRAINING_SHARE,
     Clip,
     Split,
-    describe,
-    fingerprint_of_clips,
     read_common_voice,
     split_clips,
 )
 from attune.training.feature_cache import FeatureCache
-from attune.training.metrics import Measures, Predictions, measure, softmax
+from attune.training.metrics import Predictions, measure, softmax
 from attune.training.model_card import model_card
-from attune.training.settings import TrainingResult, TrainingSettings
+from attune.training.prediction import predict
+from attune.training.report import training_report
+from attune.training.request import TrainingRequest, Variant
 from attune.training.sources import CachedSource, SoundSource, Source
-from attune.training.trainer import Trainer, predict
+from attune.training.trainer import Trainer
 
 MODEL_FOLDER = "model"
 RUNS_FOLDER = "runs"
 REPORT_FILE = "training_report.json"
 
 Progress = Callable[[str, int, int], None]
-
-
-@dataclass(frozen=True, slots=True, kw_only=True)
-class TrainingRequest:
-    """What to train, from what, and where to.
-
-    Attributes:
-        corpus: Common Voice of one language.
-        out: Gets `model`, `logs`, `cache` and, until training is done, the state to go on from.
-        encoder: Folder or hub name of the pre-trained Whisper model.
-        files: TSV files that are merged.
-        minimum: Clips that a speaker must have.
-        split_by: `speaker`, or `sample` as in the paper.
-        cached: Compute encoder features once. Needs disk, see `attune.training.feature_cache`.
-        compare: Train the paper's variant and each option beside it, and keep the best.
-        restart: Forget a run that was interrupted.
-        workers: Threads that decode sound.
-    """
-
-    corpus: Path
-    out: Path
-    encoder: str = WHISPER_SMALL
-    files: tuple[str, ...] = PAPER_FILES
-    minimum: int = PAPER_MINIMUM
-    split_by: Literal["speaker", "sample"] = "speaker"
-    training_share: float = PAPER_TRAINING_SHARE
-    validation_share: float = 0.1
-    older_from: AgeGroup = OLDER_FROM
-    options: AgeModelOptions = field(default_factory=AgeModelOptions)
-    settings: TrainingSettings = field(default_factory=TrainingSettings)
-    cached: bool = True
-    compare: bool = False
-    restart: bool = False
-    workers: int = 4
-
-
-@dataclass(frozen=True, slots=True)
-class Variant:
-    """One trained variant, measured on the test clips.
-
-    Attributes:
-        before: Without temperature.
-        after: With it.
-        validation_loss: Log loss on the validation clips with temperature; the least is best.
-    """
-
-    name: str
-    options: AgeModelOptions
-    result: TrainingResult
-    before: Measures
-    after: Measures
-    validation_loss: float
 
 
 @dataclass(frozen=True, slots=True)
@@ -158,7 +99,7 @@ def train_age_model(request: TrainingRequest, progress: Progress | None = None) 
     if best is None:
         raise AttuneError("there is no variant to train")
     kept, model = best
-    report = _report(request, split, corpus.dropped, kept, variants, trial.damaged)
+    report = training_report(request, split, corpus.dropped, kept, variants, trial.damaged)
     if accelerator.is_main_process:
         extra = {
             REPORT_FILE: json.dumps(report, indent=2) + "\n",
@@ -287,54 +228,3 @@ def _variants(request: TrainingRequest) -> list[tuple[str, AgeModelOptions]]:
         ("layer sum", replace(paper, layers="weighted")),
         ("all options", replace(paper, targets="ordinal", pooling="attention", layers="weighted")),
     ]
-
-
-def _report(
-    request: TrainingRequest,
-    split: Split,
-    dropped: dict[str, int],
-    kept: Variant,
-    variants: Sequence[Variant],
-    damaged: dict[str, str],
-) -> dict[str, Any]:
-    return {
-        "encoder": Path(request.encoder).name if Path(request.encoder).is_dir() else request.encoder,
-        "corpus": {
-            "name": request.corpus.resolve().name,
-            "files": list(request.files),
-            "minimum_clips": request.minimum,
-            "dropped": dropped,
-            "damaged": {"count": len(damaged), "examples": dict(list(damaged.items())[:20])},
-            "training": describe(split.training),
-            "validation": describe(split.validation),
-            "test": describe(split.test),
-        },
-        "split": {
-            "by": request.split_by,
-            "training_share": request.training_share,
-            "validation_share": request.validation_share,
-            "seed": request.settings.seed,
-            "test_clips": fingerprint_of_clips(split.test),
-        },
-        "older_from": request.older_from,
-        "options": kept.options.to_data(),
-        "settings": asdict(request.settings),
-        "kept": kept.name,
-        "best_epoch": kept.result.best_epoch,
-        "stopped_early": kept.result.stopped_early,
-        "steps": kept.result.steps,
-        "history": [asdict(epoch) for epoch in kept.result.history],
-        "test": kept.after.to_data(),
-        "variants": {
-            variant.name: {
-                "without_temperature": variant.before.to_data(),
-                "with_temperature": variant.after.to_data(),
-                "temperature": variant.result.temperature,
-                "validation_log_loss": variant.validation_loss,
-                "epochs": len(variant.result.history),
-            }
-            for variant in variants
-        },
-        "versions": {name: version(name) for name in ("torch", "transformers", "accelerate", "attune-hri")},
-        "device": torch.cuda.get_device_name() if torch.cuda.is_available() else "cpu",
-    }

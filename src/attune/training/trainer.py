@@ -4,8 +4,8 @@ import copy
 import hashlib
 import json
 import math
-from collections.abc import Callable, Sequence
-from dataclasses import asdict, dataclass, field
+from collections.abc import Callable
+from dataclasses import asdict
 from functools import partial
 from pathlib import Path
 from typing import Any
@@ -21,23 +21,11 @@ from attune.speech.age.whisper_classifier import WhisperAgeClassifier
 from attune.training.feature_cache import encoder_fingerprint
 from attune.training.losses import age_loss, class_weights
 from attune.training.metrics import fit_temperature
+from attune.training.prediction import predict
+from attune.training.saved_state import STATE_FILE, TrainingProgress, read_state, write_state
+from attune.training.schedule import linear_rate
 from attune.training.settings import Epoch, TrainingError, TrainingResult, TrainingSettings
 from attune.training.sources import Batch, CachedSource, Source, plan_batches, read_ahead
-
-STATE_FILE = "state.pt"
-
-
-@dataclass(slots=True)
-class _Run:
-    """What changes while training, and is saved."""
-
-    epoch: int = 0
-    step_in_epoch: int = 0
-    step: int = 0
-    loss_sum: float = 0.0
-    best_loss: float = math.inf
-    best_epoch: int = 0
-    history: list[dict[str, Any]] = field(default_factory=list)
 
 
 class Trainer:
@@ -79,7 +67,7 @@ class Trainer:
         weights = class_weights(groups) if settings.class_weights == "balanced" else np.ones(9, np.float32)
         self._weights = torch.from_numpy(weights).to(self._accelerator.device)
         self._ordinal = model.options.targets == "ordinal"
-        self._run = _Run()
+        self._run = TrainingProgress()
         self._best: dict[str, Tensor] = {}
         self._plan = self._hash_of_plan()
 
@@ -92,9 +80,9 @@ class Trainer:
         self._folder.mkdir(parents=True, exist_ok=True)
         torch.manual_seed(self._settings.seed)
         self._model.to(self._accelerator.device)
-        saved = self._read_state()
+        saved = read_state(self._folder, self._plan)
         if saved is not None:
-            self._run = _Run(**saved["run"])
+            self._run = TrainingProgress(**saved["run"])
             self._best = saved["best"]
         resumed_at = self._run.step
         writer = self._writer()
@@ -162,7 +150,7 @@ class Trainer:
                 self._best.setdefault(f"encoder.{name}", value.detach().cpu().clone())
         optimizer = torch.optim.AdamW(groups, weight_decay=settings.weight_decay)
         steps = per_epoch * (last - first)
-        scheduler = torch.optim.lr_scheduler.LambdaLR(optimizer, partial(_rate, steps, settings.warmup))
+        scheduler = torch.optim.lr_scheduler.LambdaLR(optimizer, partial(linear_rate, steps, settings.warmup))
         if saved is not None:
             self._model.load_state_dict(saved["model"], strict=False)
         if saved is not None and saved["frozen"] == frozen:
@@ -292,20 +280,7 @@ class Trainer:
                 "scaler": scaler.state_dict() if scaler is not None else {},
                 "rng": torch.get_rng_state(),
             }
-            unfinished = self._folder / f"{STATE_FILE}.part"
-            torch.save(data, unfinished)
-            unfinished.replace(self._folder / STATE_FILE)
-
-    def _read_state(self) -> dict[str, Any] | None:
-        path = self._folder / STATE_FILE
-        if not path.exists():
-            return None
-        data: dict[str, Any] = torch.load(path, map_location="cpu", weights_only=True)
-        if data["plan"] != self._plan:
-            raise TrainingError(
-                f"{path} is of a run with other clips, options or settings", "Give them as before, or use --restart"
-            )
-        return data
+            write_state(self._folder, data)
 
     def _writer(self) -> Any:
         if not self._accelerator.is_main_process:
@@ -313,28 +288,3 @@ class Trainer:
         from torch.utils.tensorboard import SummaryWriter
 
         return SummaryWriter(str(self._folder / "logs"))
-
-
-def _rate(steps: int, warmup: float, step: int) -> float:
-    """Linear up, then linear down to 0."""
-    rising = max(1, round(steps * warmup))
-    if step < rising:
-        return (step + 1) / rising
-    return max(0.0, (steps - step) / max(1, steps - rising))
-
-
-def predict(
-    module: nn.Module, source: Source, indices: Sequence[int], batch_size: int, accelerator: Accelerator
-) -> list[tuple[int, float, list[float]]]:
-    """Index, length [s] and logits of the clips with these indices, without damaged ones."""
-    if isinstance(module, WhisperAgeClassifier) and isinstance(source, CachedSource):
-        module = module.head
-    module.eval()
-    batches = [indices[start : start + batch_size] for start in range(0, len(indices), batch_size)]
-    rows: list[tuple[int, float, list[float]]] = []
-    for batch in read_ahead([partial(source.batch, each) for each in batches]):
-        mask = None if batch.mask is None else batch.mask.to(accelerator.device)
-        with torch.inference_mode(), accelerator.autocast():
-            logits = module(batch.inputs.to(accelerator.device), mask).float().cpu().tolist()
-        rows += list(zip(batch.clips, batch.seconds, logits, strict=True))
-    return rows
