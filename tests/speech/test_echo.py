@@ -123,8 +123,9 @@ def test_a_backchannel_does_not_silence_it_for_good(speaker: Speaker, recogniser
 @pytest.mark.parametrize("speaker", [ANNA, DAN], ids=lambda speaker: speaker.name)
 def test_stop_over_its_voice_is_heard(speaker: Speaker, recogniser: SphinxRecogniser) -> None:
     talk = Conversation(speaker)
-    talk.hold(recogniser, "stop", at=3.0)
-    assert [text.split()[0] for text in talk.texts] == ["stop"]
+    talk.hold(recogniser, "please stop", at=3.0)
+    assert len(talk.texts) == 1
+    assert "stop" in talk.texts[0]
 
 
 def test_what_comes_out_is_what_went_in_when_the_robot_is_silent() -> None:
