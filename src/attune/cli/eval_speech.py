@@ -38,10 +38,13 @@ def eval_speech(
     from attune.dialogue.corpus import domain_sentences, scene_lexicon
     from attune.dialogue.grammar.interpreter import GrammarInterpreter
     from attune.evaluation.speech import Ears, evaluate_speech
-    from attune.evaluation.speech_report import draw, to_data, to_markdown, write_report
     from attune.evaluation.speech_samples import held_out_speakers, read_samples, synthetic_set
+    from attune.speech.age.hub import require
     from attune.speech.choice import choose_recogniser
     from attune.speech.echo import EchoCanceller
+
+    require("jiwer", extra="eval", needed_for="`attune eval speech`")
+    from attune.evaluation.speech_report import draw, to_data, to_markdown, write_report
 
     settings = with_values(load_config(config), {"speech": {"asr": asr}} if asr else {})
     scene = load_scene(Path(settings.robot.scene) if settings.robot.scene else None)

@@ -116,7 +116,7 @@ def draw(evaluation: SpeechEvaluation, keywords: frozenset[str], path: Path) -> 
     Raises:
         MissingDependencyError: matplotlib is not installed.
     """
-    require("matplotlib", needed_for="drawing the report")
+    require("matplotlib", extra="eval", needed_for="drawing the report")
     from matplotlib.backends.backend_agg import FigureCanvasAgg
     from matplotlib.figure import Figure
 
