@@ -36,6 +36,10 @@ _KNOWN_AFTER = 1000
 """After so many frames (10 s) the channel is known; from then on new sound moves the mean slowly."""
 _DOUBTFUL = 0.85
 """Confidence under which an utterance is decoded again, as long as the channel is not known."""
+_COLD_UNTIL = 150
+"""Before so many frames (1.5 s) were heard, utterances are decoded again: a cold decoder errs with confidence."""
+_LONG = 140
+"""From so many frames (1.4 s, pauses included) on, the mean of a single utterance is better than none."""
 
 Mean = NDArray[np.float64]
 
@@ -105,12 +109,16 @@ class SphinxRecogniser:
         if not recognition.text:
             return recognition
         frames, mean = self._channel()
-        if recognition.confidence < _DOUBTFUL and self._known_frames < _KNOWN_AFTER:
+        doubtful = recognition.confidence < _DOUBTFUL and self._known_frames < _KNOWN_AFTER
+        cold = self._known_frames < _COLD_UNTIL and frames >= _LONG
+        if doubtful or cold:
             share = frames / (frames + self._known_frames)
             self._begin(share * mean + (1 - share) * self._mean)
             for data in self._heard:
                 self._process(data)
-            recognition = max(recognition, self._end(), key=lambda found: found.confidence)
+            again = self._end()
+            if again.confidence > recognition.confidence or (cold and again.text and not self._known_frames):
+                recognition = again
         self._mean = (self._mean * self._known_frames + mean * frames) / (self._known_frames + frames)
         self._known_frames = min(_KNOWN_AFTER, self._known_frames + frames)
         return recognition
