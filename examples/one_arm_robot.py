@@ -130,7 +130,7 @@ class OneArmRobot(Robot):
     async def base_poses(self, target: Target) -> Sequence[BasePose]:
         """Free points around the target, the nearest first."""
         match target:
-            case PickTarget(percept):
+            case PickTarget(percept, _):
                 point = percept.pose.position
             case PlaceTarget(_, position):
                 point = position
@@ -204,7 +204,7 @@ class OneArmRobot(Robot):
         await self._work(3.0)
         (self._opened.add if opened else self._opened.discard)(container)
 
-    async def pick(self, percept: Percept, arm: Arm | None = None) -> Arm:
+    async def pick(self, percept: Percept, arm: Arm | None = None, goal: Point | None = None) -> Arm:
         """Reach out, close the fingers (shielded for 0.4 s), lift."""
         if held := self._held():
             raise GripperFull(held)

@@ -99,7 +99,7 @@ def test_a_failure_that_stays_is_told_and_the_next_object_comes(make_kitchen, ac
 
 def test_a_command_of_which_not_all_arrived_ends_as_failed_and_tells_how_many(make_kitchen):
     kitchen = make_kitchen()
-    command = bring("red_cup", "white_bowl")
+    command = BringMe(time=0.0, objects=(ObjectSpec(name="red_cup"), ObjectSpec(name="white_bowl")))
 
     async def script():
         kitchen.robot.remove_object("red_cup")

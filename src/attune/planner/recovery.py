@@ -120,7 +120,7 @@ def recoveries(skills: Skills) -> Mapping[type[AttuneError], Recovery]:
         PlacementFailed: Recovery(look_at_placed, 3),
         PathBlocked: Recovery(wait_for_path, 2),
         GraspMissed: Recovery(draw_back, 4),
-        Unreachable: Recovery(draw_back, 1),
+        Unreachable: Recovery(draw_back, 2),
         ContainerStuck: Recovery(draw_back, 2),
         Collision: Recovery(draw_back, 3),
         GripperFull: Recovery(draw_back, 1),

@@ -24,6 +24,7 @@ from attune.robots.interface import (
     Percept,
     PickTarget,
     PlaceTarget,
+    Point,
     Robot,
     RobotFailure,
     Target,
@@ -175,11 +176,13 @@ class Skills:
 
     def _close_all(self, keep_open: AbstractSet[str] = frozenset()) -> Part[None]:
         async def body(node: Node) -> None:
-            for container in self._to_close(keep_open):
-                try:
-                    await node.do(self._move_door("close", container))
-                except RobotFailure:
-                    self._left_open.add(container)  # An open door is no reason not to deliver.
+            for last in (False, True):  # One open door may be in the way of closing another.
+                for container in self._to_close(keep_open):
+                    try:
+                        await node.do(self._move_door("close", container))
+                    except RobotFailure:
+                        if last:
+                            self._left_open.add(container)  # An open door is no reason not to deliver.
 
         return Part("close what is open", body)
 
@@ -253,8 +256,8 @@ class Skills:
 
     # --- handling ----------------------------------------------------------------------------------------------
 
-    def pick(self, item: Individual, arm: Arm | None) -> Part[None]:
-        """Open what it is in, drive there, look again, and take it."""
+    def pick(self, item: Individual, arm: Arm | None, goal: Point | None) -> Part[None]:
+        """Open what it is in, drive there, look again, and take it so that it can be put at `goal`."""
         percept = item.percept
         if percept is None:
             raise ObjectNotThere(item.name)
@@ -265,13 +268,13 @@ class Skills:
         async def grasp(node: Node) -> None:
             now = await node.do(self._look_at(item, percept))
             with self._moving(arm=True):
-                used = await self.robot.pick(now, arm)
+                used = await self.robot.pick(now, arm, goal)
             self.belief.taken(item.name, used)
 
         async def body(node: Node) -> None:
             if surface and surface.container:
                 await node.do(self.open_for(surface))
-            target = PickTarget(percept)
+            target = PickTarget(percept, goal)
             await node.do(self.at_base_pose("take it", target, Part("grasp", grasp), place, keep_open=container))
 
         return Part(f"pick up {item.name}", body)

@@ -7,7 +7,7 @@ from attune.core.errors import AttuneError
 from attune.core.messages import ObjectSpec
 from attune.planner.agenda import Goal
 from attune.planner.belief import EXPECTED, Individual
-from attune.planner.designators import Spot, free_spots, home_spots, is_delivered, search_order
+from attune.planner.designators import Spot, free_spots, home_spots, is_delivered, search_order, stopover
 from attune.planner.desk import Desk
 from attune.planner.plan import FAILURES, Node, Part, retry
 from attune.planner.recovery import NoSpace, NotFound, recoveries
@@ -38,6 +38,7 @@ class Transport:
         self._scene = desk.scene
         self._goal = goal
         self._must_lift = False
+        self._must_regrasp = False
 
     def attempt(self, number: int) -> Part[None]:
         """One attempt from the world as it is."""
@@ -55,9 +56,12 @@ class Transport:
             if not self._skills.parked:  # An interruption or a failure may have left the arms anywhere.
                 await node.do(self._skills.park())
             item = self._item()
+            if item and item.held_by and self._must_regrasp:
+                await node.do(self._set_down(item))
+                item = self._item()
             if item is None or not item.held_by:
                 item = await node.do(self._search())
-                if self._is_there(item) and not self._must_lift:
+                if self._is_there(item) and not (self._must_lift or self._must_regrasp):
                     board.update(step="already_done")
                     self._desk.close(self._goal, item, "" if item.displaced else "already_there")
                     return
@@ -132,8 +136,9 @@ class Transport:
                 object=self._belief.describe(item),
                 destination_location=self._belief.place_of(item),
             )
-            await node.do(self._skills.pick(item, arm))
-            self._must_lift = False
+            spot = self._next_spot(item, [])
+            await node.do(self._skills.pick(item, arm, spot.position if spot else None))
+            self._must_lift = self._must_regrasp = False
             held = self._belief.get(item.name)
             if held is None:
                 raise ObjectNotThere(item.name)
@@ -159,9 +164,23 @@ class Transport:
                     continue
                 self._desk.close(self._goal, item)
                 return
+            # Perhaps it can be put there if it is held in another way.
+            self._must_regrasp = bool(tried) and isinstance(failure, Unreachable)
             raise failure or NoSpace(self._destination(item))
 
         return Part("deliver", body)
+
+    def _set_down(self, item: Individual) -> Part[None]:
+        """Put what is held on a free spot of an open surface nearby, to grasp it in another way."""
+
+        async def body(node: Node) -> None:
+            base = self._skills.robot.status().base
+            spot = stopover(self._scene, self._belief, item, (base.x, base.y))
+            self._must_regrasp = spot is not None
+            if spot and item.held_by:
+                await node.do(self._skills.place(item, item.held_by, spot))
+
+        return Part("set it down to grasp it anew", body)
 
     def _put(self, item: Individual, spot: Spot) -> Part[None]:
         async def body(node: Node) -> None:

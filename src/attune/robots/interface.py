@@ -75,9 +75,13 @@ class Percept:
 
 @dataclass(frozen=True, slots=True)
 class PickTarget:
-    """Grasp this object where it was seen."""
+    """Grasp this object where it was seen.
+
+    `goal` is where it will be put, if that is known: a hint for choosing a grasp with which it can be put there.
+    """
 
     percept: Percept
+    goal: Point | None = None
 
 
 @dataclass(frozen=True, slots=True)
@@ -258,8 +262,10 @@ class Robot(ABC):
         """Close a door or drawer. Raises as `open` does."""
 
     @abstractmethod
-    async def pick(self, percept: Percept, arm: Arm | None = None) -> Arm:
+    async def pick(self, percept: Percept, arm: Arm | None = None, goal: Point | None = None) -> Arm:
         """Grasp and lift an object, from a base pose for its `PickTarget`. Returns the arm that holds it.
+
+        `arm` is the one to use, `goal` the hint that `PickTarget` explains.
 
         Cancelled before the fingers close, the gripper is empty; after, it holds the object: see `status`.
 

@@ -183,7 +183,7 @@ class SymbolicRobot(Robot):
     async def base_poses(self, target: Target) -> Sequence[BasePose]:
         """Free poses around the target, nearest to where the robot stands first."""
         match target:
-            case PickTarget(percept):
+            case PickTarget(percept, _):
                 point, distances = percept.pose.position, (0.7, 0.85)
             case PlaceTarget(_, position):
                 point, distances = position, (0.7, 0.85)
@@ -254,7 +254,7 @@ class SymbolicRobot(Robot):
         await self._move_door(container, "close")
         self._opened.discard(container)
 
-    async def pick(self, percept: Percept, arm: Arm | None = None) -> Arm:
+    async def pick(self, percept: Percept, arm: Arm | None = None, goal: Point | None = None) -> Arm:
         """Reach (2 s), close the fingers (0.4 s, shielded), lift (1 s)."""
         holding = self._holding()
         hand = arm or next((free for free in ARMS if free not in holding), None)

@@ -29,7 +29,7 @@ HANDLE_GAP = 0.045
 """To which the fingers open around a handle: wider, they would touch the front behind it [m]."""
 _APPROACH = 0.09
 _BEGINNINGS = (0.0, 0.4, -0.4, 0.8, -0.8)
-"""Turns of the hand about the bar at the beginning [rad]."""
+"""Turns of the hand about the bar at the beginning, or where the door is closed [rad]."""
 _SHARES = (0.0, 0.5, -0.5, 0.9, -0.9)
 """How far the hand turns about the bar on the way, as a share of the door's own turn."""
 _ALONG = (0.0, 0.05, -0.05)
@@ -69,9 +69,13 @@ def handle_ways(world: Imagination, container: str, start: float, end: float) ->
         handles.append(world.site(handle_name(container)))
     ways = []
     turns = abs(float(np.trace(handles[0].rotation.T @ handles[-1].rotation)) - 3.0) > 0.1
-    combinations = product(_BEGINNINGS, _SHARES if turns else (0.0,), _ALONG)
-    for beginning, share, along in sorted(combinations, key=lambda way: abs(way[0]) + abs(way[1]) + 5 * abs(way[2])):
-        turn = beginning + share * (positions - start)
+    # What opens a door also closes it, played backwards: turns may be counted from the closed door as well.
+    origins = {start, min(start, end, key=abs)} if turns else {start}
+    combinations = product(_BEGINNINGS, _SHARES if turns else (0.0,), _ALONG, sorted(origins))
+    for beginning, share, along, origin in sorted(
+        combinations, key=lambda way: abs(way[0]) + abs(way[1]) + 5 * abs(way[2])
+    ):
+        turn = beginning + share * (positions - origin)
         grips = handles_at(handles, rotation(0, turn), along)
         ways.append(grips)
     world.set_joint(joint_name(container), start)

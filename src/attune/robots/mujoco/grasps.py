@@ -30,6 +30,10 @@ _PITCHES = (0.0, 0.35, 0.7, 1.05, np.pi / 2)
 """How steeply the hand comes down [rad]."""
 
 
+_INSISTENCE = 2.0
+"""Weight of a pitch that is wanted."""
+
+
 @dataclass(frozen=True, slots=True)
 class Grasp:
     """Where the tool frame is when the fingers close, and how far from the best such place (0 is best)."""
@@ -38,11 +42,11 @@ class Grasp:
     cost: float
 
 
-def grasps_for(percept: Percept) -> list[Grasp]:
-    """Candidates for an object that stands or lies as perceived, best first."""
+def grasps_for(percept: Percept, pitch: float | None = None) -> list[Grasp]:
+    """Candidates for an object that stands or lies as perceived, best first: such with this pitch [rad], if given."""
     frame = frame_of(percept.pose)
     width, depth, height = percept.extent
-    found = [*_pinches(frame, width, depth, height)]
+    found = [*_pinches(frame, width, depth, height, pitch)]
     if min(width, depth) > _WIDEST:
         found += _rims(frame, width, depth, height)
     return sorted(found, key=lambda grasp: grasp.cost)
@@ -56,7 +60,7 @@ def _hand(position: Array, heading: float, pitch: float) -> Frame:
     return Frame(position, np.stack((x, y, np.cross(x, y)), axis=1))
 
 
-def _pinches(frame: Frame, width: float, depth: float, height: float) -> Iterator[Grasp]:
+def _pinches(frame: Frame, width: float, depth: float, height: float, wanted: float | None) -> Iterator[Grasp]:
     """Between the pads, the pads' axis level."""
     yaw = float(np.arctan2(frame.rotation[1, 0], frame.rotation[0, 0]))
     round_or_square = abs(width - depth) < 0.004
@@ -77,7 +81,10 @@ def _pinches(frame: Frame, width: float, depth: float, height: float) -> Iterato
                     offset = ahead * (slide * 2 * along - shift)
                     position = frame.position + offset + np.array([0.0, 0.0, level])
                     cost = 0.6 * abs(level / height - 0.6) + abs(slide) + 4 * shift
-                    cost += 0.3 * abs(pitch - (1.5 if height < _FLAT else 0.6))
+                    if wanted is None:
+                        cost += 0.3 * abs(pitch - (1.5 if height < _FLAT else 0.6))
+                    else:
+                        cost += _INSISTENCE * abs(pitch - wanted)
                     yield Grasp(_hand(position, yaw + angle, pitch), cost)
 
 

@@ -76,10 +76,10 @@ class Manipulation:
         self._rng = rng
         self._graspable = (*world.object_names, *(box.name for box in world.scene.containers))
 
-    async def pick(self, percept: Percept, arms: tuple[Arm, ...]) -> Arm:
+    async def pick(self, percept: Percept, arms: tuple[Arm, ...], pitch: float | None = None) -> Arm:
         """Grasp, lift and take to a posture for driving. See `Robot.pick`."""
         await self._free_arms(arms)
-        chosen = await self._plan_pick(percept, arms)
+        chosen = await self._plan_pick(percept, arms, pitch)
         plan, arm = chosen.plan, chosen.plan.arm
         self._motions.forget_way(arm)
         self._world.permit(arm, (percept.name,))
@@ -189,11 +189,11 @@ class Manipulation:
         for arm in arms:
             await self.fold(arm)
 
-    async def _plan_pick(self, percept: Percept, arms: tuple[Arm, ...]) -> Pick:
+    async def _plan_pick(self, percept: Percept, arms: tuple[Arm, ...], pitch: float | None) -> Pick:
         for arm in arms:
             world = self._beliefs.imagine()
             carrying = self._beliefs.imagine(grasping=(arm, percept.name))
-            search = find_picks(world, carrying, percept, arm, world.arm(arm), self._rng)
+            search = find_picks(world, carrying, percept, arm, world.arm(arm), self._rng, pitch=pitch)
             async for plan in results(self._clock, search):
                 return plan
         raise Unreachable(percept.name, "no grasp was found that is free of collisions")

@@ -71,12 +71,13 @@ def pick_poses(
     body: Footprint,
     percept: Percept,
     rng: np.random.Generator,
+    pitch: float | None = None,
 ) -> Iterator[BasePose | None]:
     """Base poses for picking an object up with one of the arms for which there are worlds."""
 
     def prove(arm: Arm) -> bool:
         world, carrying = worlds[arm]
-        search = find_picks(world, carrying, percept, arm, FOLDED[arm], rng, completions=_COMPLETIONS)
+        search = find_picks(world, carrying, percept, arm, FOLDED[arm], rng, _COMPLETIONS, pitch)
         return any(plan is not None for plan in search)
 
     yield from _proven(worlds, costmap, body, percept.pose.position, prove, rng)
@@ -122,7 +123,8 @@ def handle_poses(
         return any(arc is not None for arc in search)
 
     pairs = {arm: (world, world) for arm, world in worlds.items()}
-    yield from _proven(pairs, costmap, body, (float(x), float(y), float(z)), prove, rng)
+    # Few poses let an arm go along the whole way of a handle, but most others are ruled out at once.
+    yield from _proven(pairs, costmap, body, (float(x), float(y), float(z)), prove, rng, 2 * _SAMPLES)
 
 
 def look_poses(
@@ -154,14 +156,15 @@ def _proven(
     point: Point,
     prove: Callable[[Arm], bool],
     rng: np.random.Generator,
+    limit: int = _POSES,
 ) -> Iterator[BasePose | None]:
     now = next(iter(worlds.values()))[0].base
     candidates: list[tuple[Arm, Sequence[float]]] = []
     ranked = {arm: stances(costmap, body, point, arm, now, rng) for arm in worlds}
     yield None
-    for place in range(_POSES):
+    for place in range(limit):
         candidates += [(arm, poses[place]) for arm, poses in ranked.items() if place < len(poses)]
-    for arm, (x, y, yaw) in candidates[:_POSES]:
+    for arm, (x, y, yaw) in candidates[:limit]:
         pose = BasePose(float(x), float(y), float(yaw))
         for world in worlds[arm]:
             world.base = pose

@@ -7,7 +7,7 @@ import numpy as np
 
 from attune.core.clock import Clock
 from attune.core.config import RobotConfig
-from attune.core.furniture import Container
+from attune.core.furniture import Container, Surface
 from attune.core.messages import ObjectSpec
 from attune.core.scene import Scene
 from attune.robots.interface import (
@@ -157,13 +157,13 @@ class MujocoRobot(Robot):
         """The search for a target's base poses; None when no arm is free for it, or the arm is empty."""
         rng = np.random.default_rng(int(self._rng.integers(2**31)))
         match target:
-            case PickTarget(percept):
+            case PickTarget(percept, goal):
                 worlds = {
                     arm: (self._folded(), self._beliefs.imagine(grasping=(arm, percept.name)))
                     for arm in self._beliefs.free_arms
                 }
                 body = footprint(self._folded().body_solids())
-                return pick_poses(worlds, costmap, body, percept, rng) if worlds else None
+                return pick_poses(worlds, costmap, body, percept, rng, self._pitch_for(goal)) if worlds else None
             case PlaceTarget(arm, position):
                 held = self._beliefs.held.get(arm)
                 if held is None:
@@ -185,6 +185,15 @@ class MujocoRobot(Robot):
         body = footprint(self._folded().body_solids())
         worlds = {arm: self._folded() for arm in self._beliefs.free_arms}
         return handle_poses(worlds, costmap, body, box.name, span, rng) if worlds else None
+
+    def _pitch_for(self, goal: Point | None) -> float | None:
+        """How steeply the hand should hold what goes there: level under a board, fingers down between walls [rad]."""
+        if goal is None:
+            return None
+        near = min(self._scene.surfaces, key=lambda surface: _distance(surface, goal))
+        if np.isfinite(near.clearance):
+            return 0.0
+        return np.pi / 2 if np.isfinite(near.headroom) else None
 
     def _folded(self) -> Imagination:
         """The kitchen as believed, with the free arms folded, as they are before an arm action."""
@@ -247,7 +256,7 @@ class MujocoRobot(Robot):
             raise GripperFull(", ".join(held.percept.name for held in self._beliefs.held.values()))
         await self._containers.move(box, position)
 
-    async def pick(self, percept: Percept, arm: Arm | None = None) -> Arm:
+    async def pick(self, percept: Percept, arm: Arm | None = None, goal: Point | None = None) -> Arm:
         """Grasp an object, lift it and take it to a posture for driving.
 
         The closing of the fingers is shielded from cancellation, for three seconds at most. The object is looked at
@@ -257,7 +266,8 @@ class MujocoRobot(Robot):
         if not free or (arm is not None and arm not in free):
             raise GripperFull(", ".join(held.percept.name for held in self._beliefs.held.values()))
         now = await self._find_again(percept)
-        return await self._manipulation.pick(now, (arm,) if arm is not None else self._nearest_first(free, now))
+        arms = (arm,) if arm is not None else self._nearest_first(free, now)
+        return await self._manipulation.pick(now, arms, self._pitch_for(goal))
 
     async def place(self, arm: Arm, position: Point) -> None:
         """Put down what `arm` holds, let go, draw back, fold the arm and look whether it stands."""
@@ -292,3 +302,8 @@ class MujocoRobot(Robot):
         x, y, _ = percept.pose.position
         aside = np.cos(base.yaw) * (y - base.y) - np.sin(base.yaw) * (x - base.x)
         return tuple(sorted(arms, key=lambda arm: (arm == "left") != (aside > 0)))
+
+
+def _distance(surface: Surface, point: Point) -> float:
+    """From the middle of a surface as it is used to a point [m]."""
+    return float(np.linalg.norm(np.array(surface.center) + surface.shift - point))

@@ -77,6 +77,7 @@ def find_picks(
     posture: Array,
     rng: np.random.Generator,
     completions: int = 12,
+    pitch: float | None = None,
 ) -> Iterator[Pick | None]:
     """Ways to pick an object up from where the base stands.
 
@@ -88,9 +89,10 @@ def find_picks(
         posture: Its configuration at the beginning.
         rng: For the searches.
         completions: How many candidates of the straight part are tried to the end.
+        pitch: How steeply the hand should come down, if that matters [rad].
     """
     world.put(percept.name, frame_of(percept.pose))
-    grasps = grasps_for(percept)
+    grasps = grasps_for(percept, pitch)
     for lift in LIFTS:
         for start in pick_starts(world, arm, grasps, lift)[:_STARTS]:
             world.aim_at(percept.name)
