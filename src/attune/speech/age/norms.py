@@ -23,7 +23,7 @@ mostly answers `unknown`. A trained model (see `docs/age.md`) or what the person
 How sure this is: of the figures above those of pitch and speed, and the volumes and pages, are from memory; the
 directions of jitter, shimmer and noise were read in the abstracts or in summaries, and their sizes are our own cautious
 reading. All three were measured on held vowels. In running speech neither their level nor their spread has a norm that
-would fit `voice_quality`, so the levels here are those of four recorded voices, the spreads are wide, and because all
+would fit `voice_quality`, so the levels here are those of four of Flite's voices, the spreads wide, and because all
 three tell of one irregularity they count together as one measure: they move the odds by a factor of two at most.
 """
 
