@@ -15,6 +15,9 @@ from attune.cli.eval_age import eval_age
 from attune.cli.eval_language import eval_language
 from attune.cli.eval_planner import eval_planner
 from attune.cli.eval_robot import eval_robot
+from attune.cli.eval_speech import eval_speech
+from attune.cli.eval_planner import eval_planner
+from attune.cli.eval_robot import eval_robot
 from attune.cli.listen import listen
 from attune.cli.live import live
 from attune.cli.profile import profile_app
@@ -38,9 +41,10 @@ for command in COMMANDS:
 
 eval_app = typer.Typer(name="eval", help="Measure: one command per module, each with a report.", no_args_is_help=True)
 eval_app.command(name="language")(eval_language)
-eval_app.command(name="age")(eval_age)
+eval_app.command(name="speech")(eval_speech)
 eval_app.command(name="planner")(eval_planner)
 eval_app.command(name="robot")(eval_robot)
+eval_app.command(name="age")(eval_age)
 app.add_typer(eval_app)
 app.add_typer(profile_app, name="profile")
 
