@@ -294,6 +294,7 @@ def test_an_announcement_that_is_overtaken_is_taken_back_unless_it_was_spoken() 
     async def scenario(talk: Talk) -> None:
         await talk.say("bring me a spoon", band="older")
         await talk.works_on(spec("spoon"), step="transporting_search")
+        await talk.clock.sleep(1.0)
         await talk.works_on(spec("spoon"), step="transporting_fetch", move_arm=True)
         spoken = talk.replies[-1]
         talk.bus.publish(VOICE_STATUS, m.VoiceStatus(time=talk.clock.now(), reply=spoken.id, state="finished"))

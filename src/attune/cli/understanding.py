@@ -112,8 +112,7 @@ async def interpret_lines(data: bytes, interpreter: Interpreter, emit: Callable[
         meaning = await interpreter.interpret(line.utterance, context)
         heard = Utterance(time=0.0, text=line.utterance, typed=True)
         meaning = await repairer.repaired(meaning, heard, context, embedded)
-        result = _result(line, _as_command(meaning, context), replies.reply(meaning))
-        emit(json.dumps(result, ensure_ascii=False))
+        emit(json.dumps(_result(line, meaning, context, replies.reply(meaning)), ensure_ascii=False))
 
 
 def _read(raw: bytes) -> _Line:
@@ -133,26 +132,32 @@ def _read(raw: bytes) -> _Line:
         raise ValueError("; ".join(describe(error))) from None
 
 
-def _as_command(meaning: Interpretation, context: Context) -> Interpretation:
-    """The format has no word for leaving one thing out; where it was the only one, the task is given up."""
+def _as_command(meaning: Interpretation, context: Context) -> dict[str, Any]:
+    """The four fields of the format that say what was understood: command, add, remove, destination.
+
+    The format has no word for leaving one thing out; where it was the only one, the task is given up.
+    """
     task = context.task
-    if meaning.intent != "cancel_object" or task is None or not task.objects:
-        return meaning
-    given_up = all(any(fits(spec, has) for spec in meaning.remove) for has in task.objects)
-    return replace(meaning, intent="stop", remove=()) if given_up else meaning
-
-
-def _result(line: _Line, meaning: Interpretation, reply: str) -> dict[str, Any]:
+    if meaning.intent == "cancel_object" and task is not None and task.objects:
+        given_up = all(any(fits(spec, has) for spec in meaning.remove) for has in task.objects)
+        meaning = replace(meaning, intent="stop", remove=()) if given_up else meaning
     known = meaning.intent in COMMANDS
     return {
-        "id": line.id,
         "command": meaning.intent if known else "other",
         "add": [_object(spec) for spec in meaning.add] if known else [],
         "remove": [_object(spec) for spec in meaning.remove] if known else [],
         "destination": meaning.destination if known else "",
+    }
+
+
+def _result(line: _Line, meaning: Interpretation, context: Context, reply: str) -> dict[str, Any]:
+    command = _as_command(meaning, context)
+    return {
+        "id": line.id,
+        **command,
         "reply": reply,
         "confidence": round(meaning.confidence, 3),
-        "reason": meaning.reason if known else f"{meaning.intent}: {meaning.reason}",
+        "reason": meaning.reason if command["command"] != "other" else f"{meaning.intent}: {meaning.reason}",
     }
 
 

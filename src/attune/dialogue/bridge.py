@@ -24,7 +24,14 @@ from attune.core.clock import Clock
 from attune.core.codec import to_data
 from attune.core.config import DialogueConfig
 from attune.core.events import Event, EventKind
-from attune.core.messages import CommandOutcome, RobotState, SpeechActivity, StopSignal, Utterance, WorldState
+from attune.core.messages import (
+    CommandOutcome,
+    RobotState,
+    SpeechActivity,
+    StopSignal,
+    Utterance,
+    WorldState,
+)
 from attune.core.scene import Scene
 from attune.dialogue.answering import Answerer
 from attune.dialogue.commands import commands_for
@@ -44,7 +51,7 @@ from attune.dialogue.replies import Phrasebook
 from attune.dialogue.situation import PendingQuestion, Situation
 from attune.dialogue.speaker import Speaker
 from attune.dialogue.stopper import Stopper
-from attune.dialogue.wording import choices, noun, the, things
+from attune.dialogue.wording import called, choices, noun, the, things, where
 
 _CONFIRMED = frozenset({"setting_breakfast", "change_location", "carry_on", "dont_stop"})
 _ASKED_BACK = {"unclear": ("ask", "which_object"), "unknown_object": ("cannot", "unknown_object"),
@@ -274,7 +281,9 @@ class DialogueBridge:
         if meaning.destination and meaning.destination not in self._situation.places:
             self.speaker.say("cannot", "unknown_place", cause=utterance.id, place=meaning.destination)
             return
-        self._publish(utterance, meaning)
+        meaning = self._situation.with_what_to_put_back(meaning, self._clock.now())
+        if not (meaning.intent == "put_back" and self._situation.is_returning(meaning.remove)):
+            self._publish(utterance, meaning)
         last = self.speaker.last
         if self.speaker.knows("accept", meaning.intent):
             old = (
@@ -285,7 +294,7 @@ class DialogueBridge:
             self.speaker.say(
                 "accept", meaning.intent, cause=utterance.id,
                 urgency="urgent" if meaning.intent == "stop" else "normal", place=f"the {meaning.destination}",
-                old=the(old) if old else "it", thing=noun(old) if old else "thing", repeated=meaning.reply,
+                old=called(old) if old else "it", thing=noun(old) if old else "thing", repeated=meaning.reply,
             )  # fmt: skip
         else:
             self._answerer.answer(meaning, self._embedded.objects_in(utterance.text), last, utterance.id)
@@ -320,7 +329,7 @@ class DialogueBridge:
         return None
 
     def _ask_about(self, utterance: Utterance, about: Interpretation, index: int, found: Grounding) -> None:
-        place = f"the {found.spec.location}"
+        there = where(found.spec.location)
         match found.finding:
             case "ambiguous":
                 options = choices(found.options)
@@ -329,9 +338,9 @@ class DialogueBridge:
                 self.speaker.say("cannot", "unknown_place", cause=utterance.id, place=found.spec.location)
                 return
             case "elsewhere":
-                nearest = f"{the(found.options[0])} from elsewhere"
+                nearest = f"{the(found.options[0])} from {self._situation.place_of(found.options[0])}"
                 reply = self.speaker.say(
-                    "ask", "elsewhere_offer", cause=utterance.id, object=noun(found.spec), place=place, nearest=nearest
+                    "ask", "elsewhere_offer", cause=utterance.id, object=noun(found.spec), where=there, nearest=nearest
                 )
             case _:
                 reply = self.speaker.say(
@@ -351,10 +360,13 @@ class DialogueBridge:
             self._bus.publish(COMMAND, command)
 
     def _confirm(self, utterance: Utterance, meaning: Interpretation) -> None:
-        situation = meaning.intent
-        old = the(meaning.remove[0]) if meaning.remove else ""
+        situation: str = meaning.intent
+        same_type = bool(meaning.remove and meaning.add) and meaning.remove[0].type == meaning.add[0].type
+        old = (the if same_type else called)(meaning.remove[0]) if meaning.remove else ""
         if situation == "replace_object" and not old:
             situation = "bring_me"
+        if situation == "bring_me" and meaning.destination:
+            situation = "bring_me_to"
         to = f" to the {meaning.destination}" if meaning.destination else ""
         self.speaker.say(
             "accept",

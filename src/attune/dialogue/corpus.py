@@ -15,7 +15,8 @@ from attune.dialogue.lexicon import Group, Lexicon, load_lexicon
 
 _SYMBOL = re.compile(r"<(\w+)>")
 _CHOICE = re.compile(r"\(([^()]*)\)")
-_CANONICAL_SHARE = 0.75
+_POSSESSIVES = frozenset({"my", "your", "his", "her"})
+_CANONICAL_SHARE = 0.85
 """How often a thing is called by its plainest name; its synonyms share the rest."""
 
 
@@ -90,7 +91,11 @@ class Sampler:
         """One short sentence for each phrase of the lexicon."""
         frames = {"type": "bring me the {}", "color": "the {} one", "size": "the {} one", "comparative": "a {} one",
                   "place": "from the {}", "unknown": "bring me the {}"}  # fmt: skip
-        return [frames[entry.group].format(" ".join(words)) for words, entry in self._lexicon.phrases.items()]
+        return [
+            frames[entry.group].format(" ".join(words))
+            for words, entry in self._lexicon.phrases.items()
+            if words[0] not in _POSSESSIVES
+        ]
 
     def _expand(self, template: str) -> str:
         template = _CHOICE.sub(lambda match: self._random.choice(match[1].split("|")), template)

@@ -18,7 +18,7 @@ Intent = Literal[
 """What was meant. `talk` is for somebody else; `unclear` deserves a question back."""
 
 StyleWish = Literal["", "less", "more", "slower", "faster", "louder", "quieter"]
-StatusTopic = Literal["", "doing", "place", "object", "duration", "ability", "stock"]
+StatusTopic = Literal["", "doing", "place", "object", "duration", "ability", "stock", "wellbeing", "farewell"]
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)

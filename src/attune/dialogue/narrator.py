@@ -2,7 +2,7 @@
 
 from attune.core.messages import CommandOutcome, ObjectSpec, RobotState
 from attune.dialogue.speaker import Speaker
-from attune.dialogue.wording import an, noun, the
+from attune.dialogue.wording import an, called, noun, the, where
 
 _DELIVERING = frozenset({"bring_me", "replace_object"})
 _FULL_STORY = frozenset({"drive", "reach", "open", "set_down"})
@@ -42,8 +42,9 @@ class Narrator:
         if situation in {"drive", "carry", "open"} and not (state.destination_location or state.current_location):
             return
         self._speaker.say(
-            "announce", situation, cause=state.id, urgency="background", object=_the_or_it(state.object), place=place
-        )
+            "announce", situation, cause=state.id, urgency="background", object=_the_or_it(state.object), place=place,
+            where=where(state.destination_location or state.current_location),
+        )  # fmt: skip
 
     def outcome(self, outcome: CommandOutcome, *, several: bool) -> str:
         """What became of a command.
@@ -58,6 +59,7 @@ class Narrator:
         slots = {
             "object": _the_or_it(outcome.object),
             "place": _at(outcome.place),
+            "where": where(outcome.place),
             "thing": outcome.object.type or "thing",
         }
         match outcome.status:
@@ -87,8 +89,9 @@ class Narrator:
             kind = "everything"
         if self._speaker.knows("done", kind):
             self._speaker.say(
-                "done", kind, cause=outcome.id, object=slots["object"], place=slots["place"], thing=slots["thing"]
-            )
+                "done", kind, cause=outcome.id, object=slots["object"], place=slots["place"], where=slots["where"],
+                thing=slots["thing"],
+            )  # fmt: skip
 
     def _failed(self, outcome: CommandOutcome, slots: dict[str, str]) -> str:
         self._deferred.discard(outcome.command)
@@ -115,8 +118,9 @@ class Narrator:
         if outcome.reason == "unknown_place":
             slots["place"] = outcome.place or "such place"
         self._speaker.say(
-            "failed", situation, cause=outcome.id, object=slots["object"], place=slots["place"], thing=slots["thing"]
-        )
+            "failed", situation, cause=outcome.id, object=slots["object"], place=slots["place"], where=slots["where"],
+            thing=slots["thing"],
+        )  # fmt: skip
         return ""
 
 
@@ -149,7 +153,7 @@ def _is_returned(state: RobotState) -> bool:
 
 
 def _the_or_it(spec: ObjectSpec) -> str:
-    return the(spec) if spec.type or spec.color or spec.size else "it"
+    return called(spec) if spec.type or spec.color or spec.size else "it"
 
 
 def _at(place: str) -> str:

@@ -18,7 +18,8 @@ from attune.dialogue.words import words
 
 Situations = dict[str, dict[Wording, tuple[str, ...]]]
 SLOTS = words(
-    "objects object an_object old to to_now place options nearest unknown thing done all Object Objects Options Place"
+    "objects object an_object old to to_now place where options nearest unknown thing done all "
+    "Object Objects Options Place"
 )
 
 

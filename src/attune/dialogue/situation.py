@@ -1,11 +1,13 @@
 """The dialogue's picture of the situation, kept up to date from the bus."""
 
 from collections import deque
+from collections.abc import Sequence
 from dataclasses import dataclass, replace
 
 from attune.core.messages import CommandOutcome, ObjectSpec, RobotState
 from attune.core.scene import Scene
 from attune.dialogue.context import Context, TaskContext
+from attune.dialogue.grammar.references import is_described_by
 from attune.dialogue.grounding import believed
 from attune.dialogue.interpreter import Interpretation
 
@@ -74,6 +76,25 @@ class Situation:
         if self.pending is not None and now - self.pending.asked > self._expires:
             self.pending = None
         return self.pending
+
+    def place_of(self, spec: ObjectSpec) -> str:
+        """Where a known object is, in words: `the fridge`."""
+        known = next((has.location for has in self.known if is_described_by(spec, has) and has.location), "")
+        return f"the {known}" if known else "elsewhere"
+
+    def is_returning(self, specs: Sequence[ObjectSpec]) -> bool:
+        """Whether all of these are being brought back already."""
+        returning = [item.object for item in self.state.queue if item.status == "returning"] if self.state else []
+        return bool(specs) and all(any(is_described_by(_plain(spec), has) for has in returning) for spec in specs)
+
+    def with_what_to_put_back(self, meaning: Interpretation, now: float) -> Interpretation:
+        """What "put it back" is about: what the robot holds, what it was about to fetch, or what it brought last."""
+        context = self.context(now)
+        if meaning.intent != "put_back" or meaning.remove:
+            return meaning
+        if context.carrying is None and context.task and context.task.objects:
+            return replace(meaning, intent="cancel_object", remove=context.task.objects[-1:])
+        return replace(meaning, remove=context.recent[:1])
 
     def context(self, now: float) -> Context:
         """What an interpreter should know."""

@@ -7,6 +7,8 @@ from attune.dialogue.policies import Policies, Policy, Preferences
 from attune.dialogue.replies import Phrasebook
 
 _KEPT = 8
+_ONE_BREATH = 0.1
+"""Announcements that come within this time of each other belong together [s]."""
 
 
 class Speaker:
@@ -26,7 +28,7 @@ class Speaker:
         self._phrasebook = phrasebook
         self.preferences = Preferences()
         self._estimated: Band = "unknown"
-        self._unspoken: dict[str, Urgency] = {}
+        self._unspoken: dict[str, tuple[Urgency, float]] = {}
         self.last = ""
 
     @property
@@ -68,11 +70,15 @@ class Speaker:
         """
         policy = self.policy
         text = repeated or self._phrasebook.say(group, situation, policy.wording, **slots)
+        now = self._clock.now()
+        # The next step and its first movement come in one breath: the second does not take back the first.
+        together = now - _ONE_BREATH if urgency == "background" else now
         overtaken = tuple(
-            id_ for id_, waiting in self._unspoken.items() if waiting == "background" or urgency == "urgent"
-        )
+            id_ for id_, (waiting, said) in self._unspoken.items()
+            if (waiting == "background" and said <= together) or urgency == "urgent"
+        )  # fmt: skip
         reply = Reply(
-            time=self._clock.now(),
+            time=now,
             cause=cause,
             text=text,
             style=self.band,
@@ -83,7 +89,7 @@ class Speaker:
         )
         for id_ in overtaken:
             del self._unspoken[id_]
-        self._unspoken[reply.id] = urgency
+        self._unspoken[reply.id] = (urgency, now)
         while len(self._unspoken) > _KEPT:
             del self._unspoken[next(iter(self._unspoken))]
         self.last = text

@@ -4,6 +4,7 @@ from collections.abc import Sequence
 
 from attune.core.messages import ObjectSpec
 
+_INSIDE = frozenset({"cabinet", "drawer", "fridge", "dishwasher"})
 _MASS = frozenset({"milk", "juice", "cereal", "bread"})
 
 
@@ -25,6 +26,11 @@ def an(spec: ObjectSpec) -> str:
     if spec.type in _MASS:
         return f"some {words}" if words == spec.type else f"the {words}"
     return f"{'an' if words[0] in 'aeiou' else 'a'} {words}"
+
+
+def an_existing(spec: ObjectSpec) -> str:
+    """`some milk`, `a small red cup`: as one tells what there is."""
+    return f"some {spec.type}" if spec.type in _MASS else an(spec)
 
 
 def listed(items: Sequence[str], joint: str = "and") -> str:
@@ -73,9 +79,24 @@ def choices(specs: Sequence[ObjectSpec]) -> str:
     return listed(words, "or")
 
 
+def where(place: str) -> str:
+    """`on the table`, `in the fridge`."""
+    return f"{'in' if place in _INSIDE else 'on'} the {place}" if place else "in its place"
+
+
+def called(spec: ObjectSpec) -> str:
+    """As people speak of it once it is clear which one: `the milk`, but `the red cup`."""
+    return f"the {spec.type}" if spec.type in _MASS else the(spec)
+
+
 def sentence_case(text: str) -> str:
     """With a capital letter at the beginning."""
     return text[:1].upper() + text[1:]
+
+
+def number_word(count: int) -> str:
+    """`one`, `two`, ... as far as people write them out."""
+    return "one" if count == 1 else _NUMBERS.get(count, str(count))
 
 
 _NUMBERS = {2: "two", 3: "three", 4: "four", 5: "five", 6: "six"}

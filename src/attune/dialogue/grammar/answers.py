@@ -159,10 +159,13 @@ def read_answer(text: str, sentence: Sentence, question: Question, context: Cont
         for number, thing in enumerate(sentence.things)
         if f"T{number}" in text.split() and (option := _pick(thing, number, text, sentence, options, context))
     ]
+    said = text.split()
+    refused_too = set() if text.startswith("no T") else set(re.findall(r"\b(?:not|no) (T\d+)\b", text))
     things = [
-        thing for number, thing in enumerate(sentence.things)
-        if f"T{number}" in text.split() and (text.startswith("no T") or not re.search(rf"\b(?:not|no) T{number}\b", text))
-    ]  # fmt: skip
+        thing
+        for number, thing in enumerate(sentence.things)
+        if f"T{number}" in said and f"T{number}" not in refused_too
+    ]
     if chosen and len(chosen) == len(things):
         return _chosen(tuple(dict.fromkeys(chosen)))
     if not things and sentence.spots:

@@ -16,13 +16,19 @@ _PREPARE = re.compile(
 )
 _SET_TABLE = re.compile(
     rf"\b(?:set(?:ting)?(?: up)?|laid|lay(?:ing)?(?: out)?|prepare|preparing|dress|arrange|get(?:ting)?|ready|make|"
-    rf"do|(?!at |on |from |to |is |of |by |under |near |in |and |for )\w+(?= {_TABLE} for {_MEAL})) {_TABLE}(?: (?:ready|up|set|laid|for {_MEAL}|for (?:me|us|two|one|three|four)))*\b"
+    rf"do|(?!at |on |from |to |is |of |by |under |near |in |and |"
+    rf"for )\w+(?= {_TABLE} for {_MEAL})) {_TABLE}(?: (?:ready|up|set|laid|for {_MEAL}|for (?:me|us|"
+    rf"two|one|three|four)))*\b"
 )
-_TABLE_SET = re.compile(r"\btable (?:(?:(?:to|must|should|needs to|has to) be )?(?:set|laid|ready|prepared)|needs (?:setting|laying|preparing))\b")
+_TABLE_SET = re.compile(
+    r"\btable (?:(?:(?:to|must|should|needs to|has to) be )?(?:set|laid|ready|prepared)|"
+    r"needs (?:setting|laying|preparing))\b"
+)
 _WERE_DONE = re.compile(
     rf"\b(?:if|wish) (?:{_TABLE}|(?:the |my |our )?{_MEAL}) (?:was|were|is|could be|got) "
     r"(?:all )?(?:set|laid|made|ready|prepared|served|on)\b|"
-    rf"\bif you (?:\w+ )?(?:made|prepared|served|set|laid|did|started|got|fixed|cooked)(?: me| us)? (?:{_TABLE}|(?:the |my |our |some )?{_MEAL})"
+    rf"\bif you (?:\w+ )?(?:made|prepared|served|set|laid|did|started|got|fixed|cooked)(?: me|"
+    rf" us)? (?:{_TABLE}|(?:the |my |our |some )?{_MEAL})"
 )
 _SOMEBODY_DID = re.compile(
     r"(?<!can )(?<!could )(?<!shall )(?<!should )(?<!may )\b(?:i|we|he|she|they|who) (?:had to|have to|used to|did|"

@@ -15,7 +15,8 @@ NEGATIVE = re.compile(
     r"(?: me| us| to have| you to bring| you to bring me| to eat| to use| to drink from)*|\bnot|\bno need for|"
     r"\bnor|wrong|"
     r"\b(?:put|take|bring|carry) (?:away|back)|except(?: for)?|sick of|enough of|\bwithout|\bskip|\bless|"
-    r"against using|can not (?:\w+ )?(?:abide|stand|bear|eat|drink|have|digest|stomach)|(?:^|[.,] |\b(?:i|we) (?:\w+ )?)(?:hate|"
+    r"against using|can not (?:\w+ )?(?:abide|stand|bear|eat|drink|have|digest|stomach)|(?:^|[.,] |"
+    r"\b(?:i|we) (?:\w+ )?)(?:hate|"
     r"dislike|detest)|allergic to|tired of|fed up with|"
     r"have not asked for|never asked for|never wanted|never said|not asked for|changed my mind (?:about|on|"
     r"regarding)|"
@@ -40,7 +41,9 @@ PASSIVE = re.compile(
     r"(?:can|could|would|may|should) T\d+(?: please)? (?:be|get) (?:brought|fetched|put|placed|taken|delivered|"
     r"carried|moved|served|handed|set)"
 )
-ABOUT_A_THING = re.compile(r"(?:(?:no|oh|but|sorry|,) )*T\d+(?: P\d+)? (?:is|are|was|were|looks?|seems?) (?:\w+ ){0,2}?too\b")
+ABOUT_A_THING = re.compile(
+    r"(?:(?:no|oh|but|sorry|,) )*T\d+(?: P\d+)? (?:is|are|was|were|looks?|seems?) (?:\w+ ){0,2}?too\b"
+)
 CONTRAST = re.compile(r"\bT\d+(?: P\d+)?(?: please)?(?: ,)? (?:instead of|rather than|in place of|and not) T\d+")
 ASKS_FOR_ANOTHER = re.compile(
     r"\b(?:have you(?: not)?(?: got)?|do you(?: not)? have|have not you(?: got)?|do not you have|"
@@ -48,7 +51,8 @@ ASKS_FOR_ANOTHER = re.compile(
 )
 NOT_ASKED_FOR = re.compile(
     r"\b(?:that|this|it) (?:is|was) (?:not|never) (?:what|the (?:one|thing)|which) i (?:\w+ )?"
-    r"(?:asked for|wanted|ordered|said|meant|had in mind|was after)\b|\bi (?:did not|never) (?:ask(?:ed)? for|order(?:ed)?|"
+    r"(?:asked for|wanted|ordered|said|meant|had in mind|was after)\b|\bi (?:did not|"
+    r"never) (?:ask(?:ed)? for|order(?:ed)?|"
     r"want(?:ed)?|mean|meant|say|said) (?:that|this|it)(?: one)?\b"
 )
 PLEASE = re.compile(
@@ -61,7 +65,9 @@ LOCATED = re.compile(r"T(\d+)(?: (?:is|are|should be|must be|might be|stands?|si
                       r"somewhere|kept|still|"
                       r"i think|left|over|there|right|just|now|probably|which|that|in there|inside|"
                       r",))*$")  # fmt: skip
-PRONOUN_OBJECT = re.compile(rf"^(?:(?:me|us|over|back|down|,|please|just|then) )*(?:{frames.PRONOUN}\b|some(?= *(?:[.,?]|$| please| too)))")
+PRONOUN_OBJECT = re.compile(
+    rf"^(?:(?:me|us|over|back|down|,|please|just|then) )*(?:{frames.PRONOUN}\b|some(?= *(?:[.,?]|$| please| too)))"
+)
 OTHER_PLACE = re.compile(r"(?: ,)?(?: and)? (?:rather than|instead of|not) P\d+")
 NEGATIVE_SPOT = re.compile(r"(?:instead of|rather than|in place of|\bnot|\bthan)$")
 FILLER = words(

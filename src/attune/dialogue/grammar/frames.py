@@ -97,7 +97,8 @@ _WANT = (
 _TO_HAVE = (
     r"(?: (?:to|please to) (?:please |also |just )?(?:have|get|eat|drink|use|try|order|be given|take|enjoy|borrow|"
     r"receive|"
-    r"having|getting|ask for|ask you for|request|read|wear|play with|put on|write with|look at|listen to|finish|try on|sit on|"
+    r"having|getting|ask for|ask you for|request|read|wear|play with|put on|write with|look at|"
+    r"listen to|finish|try on|sit on|"
     r"see|start with|hold|drink from|eat from|get hold of|be brought)| having| getting)?"
 )
 _GAP = (
@@ -173,7 +174,8 @@ NEVER_BEFORE_VERB = words(
     "made make told asked said which what how when where if than as because about into just's one's us' s"
 )
 ADDITIVE = re.compile(
-    r"\b(?:too(?! T\d| \w+ing|\b \w+ ,)(?! much)|(?:need|want|like|have|bring|me) too(?= T\d)|as well|also|another|one more|two more|more|in addition|"
+    r"\b(?:too(?! T\d| \w+ing|\b \w+ ,)(?! much)|(?:need|want|like|have|bring|me) too(?= T\d)|as well|"
+    r"also|another|one more|two more|more|in addition|"
     r"additionally|on top of that|extra|besides|"
     r"plus|"
     r"while you are (?:at it|there|up|about it)|at the same time|along with|together with|aswell|additional)\b|"
@@ -181,7 +183,8 @@ ADDITIVE = re.compile(
 )
 CORRECTION = re.compile(
     r"\b(?:instead|rather|prefer|wrong|i mean|i meant|i said|i wanted|i asked for|i was asking for|i had asked for|"
-    r"i did ask for|make (?:it|that)|(?:change|switch|swap)(?: over| it| that)? (?:to|for|into|with)|change of plans?|changed? my mind|"
+    r"i did ask for|make (?:it|that)|(?:change|switch|swap)(?: over| it| that)? (?:to|for|into|with)|"
+    r"change of plans?|changed? my mind|"
     r"different|nicer|preferable|too T\d+|"
     r"on second thoughts?|actually|better|after all|not what i|misunderst\w+|mistake|not that one|not this one|"
     r"not that|"
@@ -214,7 +217,8 @@ _ASIDE = re.compile(
     r"for (?:me|us)|hold on|hang on|wait(?: a (?:minute|moment|second|sec))?|hold it|one moment|just a (?:minute|"
     r"moment|second)|"
     r"would that be (?:okay|possible|all right|alright)|is that (?:okay|possible|all right|alright)|good morning|"
-    r"good evening|good afternoon|silly me|dear me|oh dear|(?:my )?goodness(?: me| gracious)?|bless (?:you|me|your heart)|"
+    r"good evening|good afternoon|silly me|dear me|oh dear|(?:my )?goodness(?: me| gracious)?|"
+    r"bless (?:you|me|your heart)|"
     r"mind you)\b"
 )
 

@@ -34,7 +34,9 @@ _CUT_OFF = re.compile(
     r"\b(?:put|place|set|lay|leave|stand|move)(?: \S+){0,3}? T\d+ (?:on|in|at|by|under|next to|inside)[ .,]*$|"
     r"\bT\d+ (?:(?:to|and|or|from|into|onto)(?: the| a| my)?|(?:on|in|of|with|at) (?:the|a|my))[ .,]*$"
 )
-_BEFORE_A_NAME = words("hey hello hi dear okay please oh yes no so well now excuse me listen look good morning thank you , .")
+_BEFORE_A_NAME = words(
+    "hey hello hi dear okay please oh yes no so well now excuse me listen look good morning thank you , ."
+)
 _ALSO_ADJECTIVES = words("love man machine dear friend pet duck sugar honey")
 _DANGLING = words(
     "the a an my your our to from on in of with and or some that this bring get fetch put take "
@@ -127,10 +129,8 @@ class GrammarInterpreter:
         if wants_breakfast(self._plain_of(text, sentence), bool(wanted.add)):
             return Interpretation(intent="setting_breakfast", confidence=0.92, reason="asks for breakfast")
         result = _decide(wanted, text, context, said)
-        if result is not None and context.pending_question:
-            return _answering(result, question.options, context)
         if result is not None:
-            return result
+            return _answering(result, question.options, context) if context.pending_question else result
         return self._no_request(plain, text, wanted, has_things)
 
     def _wanted(
@@ -150,7 +150,7 @@ class GrammarInterpreter:
             return Interpretation(
                 intent="unknown_object", unknown=wanted.unknown, confidence=0.7, reason="asks for something unknown"
             )
-        status = status_question(plain)
+        status = status_question(plain, names_things=has_things)
         if status is not None:
             return status
         if _breaks_off(words):
@@ -181,7 +181,7 @@ class GrammarInterpreter:
 
 
 def _answering(meaning: Interpretation, options: Sequence[ObjectSpec], context: Context) -> Interpretation:
-    """After a question, what was offered and is refused was never brought: "not the plate, the spoon" replaces nothing."""
+    """After a question, "not the plate, the spoon" replaces nothing: the plate was only offered."""
     refused = meaning.remove and all(any(fits(spec, option) for option in options) for spec in meaning.remove)
     if meaning.intent != "replace_object" or not refused or any(spec in context.recent for spec in meaning.remove):
         return meaning

@@ -268,7 +268,13 @@ class PhraseReader:
                     and self._nominal(words, at + 1)
                 ):
                     at += 1
-            elif found and found[0].group == "place" and article and not draft.location and self._nominal(words, found[1]):
+            elif (
+                found
+                and found[0].group == "place"
+                and article
+                and not draft.location
+                and self._nominal(words, found[1])
+            ):
                 draft.location, at = found[0].value, found[1]
             elif found:
                 break
@@ -315,7 +321,12 @@ class PhraseReader:
     def _denied_property(self, words: Sequence[str], start: int, at: int) -> bool:
         """`not red blue`."""
         found = self.match(words, at)
-        return bool(start) and words[start - 1] in {"not", "no"} and found is not None and found[0].group in {"color", "size"}
+        return (
+            bool(start)
+            and words[start - 1] in {"not", "no"}
+            and found is not None
+            and found[0].group in {"color", "size"}
+        )
 
     def _ends(self, words: Sequence[str], at: int) -> bool:
         return at >= len(words) or words[at] in _BREAKS or words[at] in _AFTER_BARE

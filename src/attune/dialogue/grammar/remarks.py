@@ -30,8 +30,8 @@ _PUT_BACK = re.compile(
 _REPEAT = re.compile(
     rf"(?:{_POLITE} )*(?:(?:say|repeat) (?:that|it|this)?(?: again| one more time| once more)?|repeat|"
     rf"pardon(?: me)?|what did you say|what was that|come again|say again|excuse me|"
-    rf"i did not (?:hear|catch|get|understand) (?:that|you|it|what you said)|once more|sorry|"
-    rf"what)(?: {_POLITE})*[ .,?]*"
+    rf"i did not (?:hear|catch|get|understand) (?:that|you|it|what you said)|once more|sorry)(?: {_POLITE})*[ .,?]*|"
+    r"(?:(?:sorry|oh|pardon|robot|,|\.|\?) )*what(?: (?:please|sorry|robot|,|\.|\?))*[ .,?]*"
 )
 _LESS = re.compile(
     r"\b(?:(?:talk|speak|tell me|say|chatter|announce) less|less (?:talking|talk|chatter|chatty|words|information|"
@@ -105,6 +105,9 @@ _GREETING = re.compile(
     r"then|tomorrow|"
     r",|\.|\?))*"
 )
+_HOW_ARE_YOU = re.compile(r"\bhow (?:are you|do you do|is it going)\b")
+_FAREWELL = re.compile(r"\b(?:good ?bye|bye|see you|good night)\b")
+_IS_THE = re.compile(r"(?:\w+ |, )*?(?:is|are) (?:the|my|our|all the) ")
 _BACKCHANNEL = re.compile(
     r"^(?:(?:mhm|uh|huh|aha|ah|oh|okay|right|i see|got it|sure|alright|all right|hm+|mm+|well|so|yes|really|"
     r"indeed|ha|haha|wow|interesting|fine|yay|ooh|,|\.|\?) ?)+$"
@@ -130,7 +133,9 @@ _STATUS: tuple[tuple[StatusTopic, re.Pattern[str]], ...] = (
     ("doing", re.compile(r"\bwhat (?:are you|r u|you are|is the robot) (?:\w+ )?(?:doing|up to|carrying|bringing|"
                          r"holding|fetching|looking for|waiting for)|what is (?:going on|happening)|"
                          r"what is taking|are you (?:busy|done|finished|ready|there|bringing|fetching|getting|"
-                         r"working|stuck|still|coming)|what (?:is|was) your (?:task|plan)|did you (?:find|get|"
+                         r"working|stuck|still|coming)|what (?:is|was) your (?:task|plan)|why (?:is|"
+                         r"does) (?:it|this) tak|is it (?:nearly |almost )?(?:ready|done|finished)|"
+                         r"how (?:is it|are you|are things) (?:going|coming|getting) (?:on|along)|did you (?:find|get|"
                          r"bring|finish|forget|hear)|have you (?:found|finished|got|brought)|why (?:did|are|"
                          r"do) you")),
     ("place", re.compile(r"\bwhere (?:are|r) you\b|\bwhere (?:you are|do you go|are we)")),
@@ -139,8 +144,8 @@ _STATUS: tuple[tuple[StatusTopic, re.Pattern[str]], ...] = (
     ("duration", re.compile(r"\bhow (?:long|much longer|far)|when (?:will|are|do|can)")),
     ("ability", re.compile(r"\bwhat can you|who are you|what are you\b|how do you work|what do you do|"
                            r"can you help|what is your name|help$")),
-    ("stock", re.compile(r"\b(?:do (?:we|you|i) have|have (?:we|you) got|is there|are there|how many|how much|"
-                         r"is the|are the)\b")),
+    ("stock", re.compile(r"\b(?:do (?:we|you|i) have|have (?:we|you) got|is there|are there|how many|how much)\b|"
+                         r"^(?:and |so |, )*(?:is|are) (?:the|my|our|all the) ")),
 )  # fmt: skip
 
 
@@ -169,16 +174,19 @@ def remark(plain: str, skeleton: str) -> Interpretation | None:  # noqa: PLR0911
     if YES.match(text) and not _THANKS.fullmatch(text):
         return _is("affirm", "says yes")
     if _GREETING.fullmatch(skeleton.strip(" .,?")):
-        return _is("greeting", "greets")
+        topic: StatusTopic = (
+            "wellbeing" if _HOW_ARE_YOU.search(plain) else "farewell" if _FAREWELL.search(plain) else ""
+        )
+        return Interpretation(intent="greeting", status=topic, confidence=0.9, reason="greets")
     if _THANKS.fullmatch(skeleton.strip(" .,?")):
         return _is("thanks", "thanks or praises")
     return None
 
 
-def status_question(plain: str) -> Interpretation | None:
+def status_question(plain: str, *, names_things: bool) -> Interpretation | None:
     """A question about what the robot does, where it or something is, or what it can do."""
     for topic, pattern in _STATUS:
-        if pattern.search(plain):
+        if pattern.search(plain) and (names_things or not (topic == "stock" and _IS_THE.match(plain))):
             return Interpretation(intent="status", status=topic, confidence=0.85, reason=f"asks about {topic}")
     return None
 

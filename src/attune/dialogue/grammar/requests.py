@@ -10,6 +10,7 @@ from attune.dialogue.grammar import cues, frames
 from attune.dialogue.grammar.clauses import Clause, ClauseKind, Sentence
 from attune.dialogue.grammar.corrections import MARKER
 from attune.dialogue.grammar.items import Spot, Thing, described
+from attune.dialogue.grammar.polarity import goes_to, refused
 from attune.dialogue.grammar.references import fits, object_spoken_of, resolve
 from attune.dialogue.lexicon import Lexicon
 
@@ -47,12 +48,11 @@ class RequestReader:
         self._wanted = Wanted()
         self._place_to_look = ""
         self._place_mentioned = ""
-        self._wrong: dict[int, bool] = {}
         self._nouns: list[ObjectSpec] = []
 
     def read(self, clauses: Sequence[Clause]) -> Wanted:
         """All clauses together."""
-        self._negative = self._polarities(clauses)
+        self._negative, self._wrong = refused(clauses, self._things, self._spots, self._context)
         asks = any(clause.kind in {"fetch", "put", "wish", "swap"} for clause in clauses)
         previous: Clause | None = None
         for clause in clauses:
@@ -98,7 +98,7 @@ class RequestReader:
 
     def _drop(self, clause: Clause) -> ClauseKind:
         """`leave T0` drops it, `leave T0 P0` and `drop T0 P0` put it."""
-        positive_spots = self._goes_to(clause)
+        positive_spots = goes_to(clause, self._spots)
         if positive_spots and clause.verb in {"leave", "drop", "lose", "return"}:
             return "put"
         if clause.verb == "return" and not positive_spots:
@@ -116,10 +116,6 @@ class RequestReader:
         if not found and not self._wanted.contrast:
             self._statement(clause)
         return "drop"
-
-    def _goes_to(self, clause: Clause) -> bool:
-        """Whether a clause says where a thing shall be."""
-        return any(self._spots[number].role in {"at", "to"} for number in clause.spots())
 
     def _swap(self, clause: Clause) -> bool:
         pair = cues.SWAP_PAIR.match(clause.body)
@@ -346,7 +342,10 @@ class RequestReader:
         if thing.head != "noun" and thing.definite and clause.kind in {"wish", "plain"} and spec.color + spec.size:
             self._wanted.indirect = True  # "I want the blue one"
         self._wanted.indirect = (
-            self._wanted.indirect or thing.compared or thing.different or (thing.other and clause.kind in {"plain", "wish"})
+            self._wanted.indirect
+            or thing.compared
+            or thing.different
+            or (thing.other and clause.kind in {"plain", "wish"})
         )
         self._wanted.add += [spec] * thing.count
         self._wanted.definite += [thing.definite] * thing.count
@@ -355,7 +354,9 @@ class RequestReader:
     @staticmethod
     def _says_nothing(thing: Thing) -> bool:
         """Whether a pointing word is a mere "one"."""
-        return not (thing.spec.color or thing.spec.size or thing.definite or thing.another or thing.other or thing.ordinal)
+        return not (
+            thing.spec.color or thing.spec.size or thing.definite or thing.another or thing.other or thing.ordinal
+        )
 
     def _narrowed(self, spec: ObjectSpec) -> Context:
         """The context, seen by someone who speaks of this type."""
@@ -403,39 +404,6 @@ class RequestReader:
     def _excluded(body: str, number: int) -> bool:
         """`but not the red one`, `not too big`: narrows what is wanted, replaces nothing."""
         return re.search(rf"\bbut not T{number}\b", body) is not None
-
-    def _polarities(self, clauses: Sequence[Clause]) -> set[int]:
-        negative: set[int] = set()
-        total = sum(len(clause.things()) for clause in clauses)
-        for clause in clauses:
-            text = clause.text
-            last_negative = False
-            for match in re.finditer(r"\bT(\d+)\b", text):
-                number = int(match[1])
-                before, after = text[: match.start()].rstrip(), text[match.end() :]
-                listed = (
-                    last_negative
-                    and re.search(r"T\d+ (?:and|or|nor|,)$", before) is not None
-                    and total > len(negative) + 1
-                    and (not re.search(r",$", before))
-                )
-                last_negative = (
-                    listed
-                    or cues.NEGATIVE.search(before) is not None
-                    or (cues.NO.search(before) is not None and clause.kind != "lack" and not self._things[number].article and total > 1)
-                    or cues.PREFERRED_OVER.search(before) is not None
-                    or (cues.BACK.match(after) is not None and clause.kind in {"fetch", "put", "drop", "plain"})
-                    or (
-                        clause.kind == "drop"
-                        and clause.body.startswith(f"T{number}")
-                        and not (clause.verb == "return" and not self._context.busy and self._goes_to(clause))
-                    )
-                )
-                if last_negative:
-                    negative.add(number)
-                    # "the wrong cup" is whatever the robot brings or has brought.
-                    self._wrong[number] = re.search(r"\b(?:wrong|(?:this|that|it) is not)$", before) is not None
-        return negative
 
     def _takes_back(self, previous: Clause, clause: Clause) -> bool:
         """Whether this clause corrects the one before it: "bring me a cup, no, I'd like a bowl"."""

@@ -25,7 +25,10 @@ _CONTRACTIONS = {
     "anymore": "any more", "'til": "until", "till": "until", "nevermind": "never mind",
 }  # fmt: skip
 
-HESITATIONS = words("eww ew ugh argh aargh yuck tsk phew pff um uh er erm hm hmm hmmm umm uhm uhh ehm eh ah ahem mhm-mhm err uhmm äh mm oh ooh aah aw")
+HESITATIONS = words(
+    "eww ew ugh argh aargh yuck tsk phew pff um uh er erm hm hmm hmmm umm uhm uhh ehm eh ah ahem "
+    "mhm-mhm err uhmm äh mm oh ooh aah aw"
+)
 
 _TOKEN = re.compile(r"[a-zäöüéèàç0-9]+(?:['’][a-z]+)*|['’][a-z]+|[.!?…]+|[,;:—–()\"]|\s-+\s", re.IGNORECASE)
 
