@@ -1,12 +1,11 @@
 """The symbolic robot keeps the contract of the Robot interface."""
 
 import math
-import threading
 
 import anyio
 import pytest
 
-from attune.core.clock import RealClock, VirtualClock, run
+from attune.core.clock import VirtualClock, run
 from attune.core.messages import ObjectSpec
 from attune.core.scene import load_scene
 from attune.robots.interface import (
@@ -14,17 +13,14 @@ from attune.robots.interface import (
     GraspMissed,
     GripperFull,
     LookTarget,
-    ObjectLost,
     ObjectNotThere,
     OpenTarget,
     PathBlocked,
     PickTarget,
     PlacementFailed,
     PlaceTarget,
-    UnknownTarget,
     Unreachable,
 )
-from attune.robots.simulated import Simulated
 from attune.robots.symbolic import SymbolicRobot
 
 SCENE = load_scene()
@@ -75,10 +71,6 @@ def test_every_object_can_be_seen_taken_and_put_on_the_table(name):
     play(script)
 
 
-def test_it_is_a_simulated_robot():
-    assert isinstance(SymbolicRobot(SCENE, VirtualClock()), Simulated)
-
-
 def test_driving_takes_the_time_of_the_way():
     async def script(robot, clock):
         before = clock.now()
@@ -117,68 +109,6 @@ def test_what_is_behind_or_far_is_not_seen():
     play(script)
 
 
-@pytest.mark.parametrize("moment", [round(0.1 + 0.2 * step, 1) for step in range(17)])
-def test_a_cancelled_pick_leaves_the_gripper_empty_or_holding_as_status_says(moment):
-    async def script(robot, clock):
-        percept = await see(robot, "red_cup")
-        await robot.navigate((await robot.base_poses(PickTarget(percept)))[0])
-        started = clock.now()
-        with anyio.move_on_after(moment):
-            await robot.pick(percept)
-        assert clock.now() - started < moment + 0.45
-        held = robot.true_objects()["red_cup"].held_by
-        assert robot.status().holding == ({held: "red_cup"} if held else {})
-        assert bool(held) == (moment > 2.0)
-        assert not robot.status().moving
-
-    play(script)
-
-
-@pytest.mark.parametrize("moment", [round(0.1 + 0.2 * step, 1) for step in range(14)])
-def test_a_cancelled_place_holds_the_object_or_has_put_it_down(moment):
-    async def script(robot, clock):
-        arm, percept = await take(robot, "red_cup")
-        with anyio.move_on_after(moment):
-            await robot.place(arm, percept.pose.position)
-        thing = robot.true_objects()["red_cup"]
-        assert bool(robot.status().holding) == bool(thing.held_by) == (moment <= 2.0)
-        assert thing.held_by or thing.place == "counter"
-
-    play(script)
-
-
-def test_a_cancelled_drive_stops_where_it_is():
-    async def script(robot, clock):
-        with anyio.move_on_after(2.0):
-            await robot.navigate(BasePose(2.9, 2.9, 0.0))
-        where = robot.status().base
-        assert not robot.status().moving
-        await clock.sleep(5.0)
-        assert robot.status().base == where
-        assert where.y < 2.9
-
-    play(script)
-
-
-def test_a_halt_holds_an_action_and_resume_lets_it_go_on():
-    async def script(robot, clock):
-        goal = BasePose(2.9, 2.9, 0.0)
-        async with anyio.create_task_group() as group:
-            group.start_soon(robot.navigate, goal)
-            await clock.sleep(2.0)
-            robot.halt()
-            robot.halt()
-            where = robot.status().base
-            await clock.sleep(10.0)
-            assert robot.status().base == where
-            assert robot.status().halted
-            assert not robot.status().moving
-            robot.resume()
-        assert robot.status().base == goal
-
-    play(script)
-
-
 def test_a_halt_during_the_closing_of_the_fingers_can_be_cancelled():
     async def script(robot, clock):
         percept = await see(robot, "red_cup")
@@ -194,23 +124,6 @@ def test_a_halt_during_the_closing_of_the_fingers_can_be_cancelled():
         assert clock.now() < 60.0
 
     play(script)
-
-
-def test_halt_may_come_from_another_thread():
-    clock = RealClock()
-    robot = SymbolicRobot(SCENE, clock)
-
-    async def main():
-        async with anyio.create_task_group() as group:
-            group.start_soon(robot.navigate, BasePose(2.9, 2.9, 0.0))
-            await clock.sleep(0.1)
-            thread = threading.Thread(target=robot.halt)
-            thread.start()
-            thread.join()
-            assert not robot.status().moving
-            group.cancel_scope.cancel()
-
-    run(main, clock)
 
 
 @pytest.mark.parametrize("failure", [GraspMissed("red_cup", "right"), ObjectNotThere("red_cup")], ids=repr)
@@ -262,27 +175,6 @@ def test_putting_something_where_something_stands_fails():
     play(script)
 
 
-def test_what_was_taken_out_of_the_gripper_cannot_be_placed():
-    async def script(robot, clock):
-        arm, percept = await take(robot, "red_cup")
-        robot.move_object("red_cup", "island")
-        with pytest.raises(ObjectLost):
-            await robot.place(arm, percept.pose.position)
-
-    play(script)
-
-
-def test_an_object_that_was_moved_meanwhile_is_not_there():
-    async def script(robot, clock):
-        percept = await see(robot, "red_cup")
-        await robot.navigate((await robot.base_poses(PickTarget(percept)))[0])
-        robot.move_object("red_cup", "island")
-        with pytest.raises(ObjectNotThere):
-            await robot.pick(percept)
-
-    play(script)
-
-
 def test_two_hands_hold_two_things_and_no_third():
     async def script(robot, clock):
         await take(robot, "red_cup")
@@ -290,16 +182,6 @@ def test_two_hands_hold_two_things_and_no_third():
         with pytest.raises(GripperFull):
             await take(robot, "green_cereal")
         assert set(robot.status().holding.values()) == {"red_cup", "blue_milk"}
-
-    play(script)
-
-
-def test_unknown_containers_and_far_targets_are_refused():
-    async def script(robot, clock):
-        with pytest.raises(UnknownTarget):
-            await robot.open("safe")
-        with pytest.raises(Unreachable):
-            await robot.open("fridge")
 
     play(script)
 
