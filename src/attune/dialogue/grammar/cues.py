@@ -38,6 +38,7 @@ ONLY_CHANGE = re.compile(
 )
 TRAVEL = re.compile(r"\b(?:go|look|check|open|head|walk|drive|search|run|peek|have a look|come|hop|roll)\b")
 PASSIVE = re.compile(
+    r"T\d+ (?:should|must|needs? to|has to|have to) (?:go|be|be put|be placed|be brought)(?: over| back)? P\d+|"
     r"(?:can|could|would|may|should) T\d+(?: please)? (?:be|get) (?:brought|fetched|put|placed|taken|delivered|"
     r"carried|moved|served|handed|set)"
 )

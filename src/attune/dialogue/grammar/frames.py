@@ -62,7 +62,7 @@ _YOU = (
     r"do me (?:a|the) \w+(?: and|,)?|i will need you to|i am going to need you to|let us have you|are you able to|"
     r"it is your turn to|your (?:task|job) is to|please to|i insist that you|next you)"
 )
-FRAME = re.compile(rf"(?:^|(?<= ))(?:{_YOU}|please|kindly)(?: {SOFTENER})*$")
+FRAME = re.compile(rf"(?:^|(?<= ))(?:{_YOU}|please|kindly|better|best)(?: {SOFTENER})*$")
 """An explicit request to "you", directly before its verb."""
 
 GERUND_FRAME = re.compile(
