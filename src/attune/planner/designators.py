@@ -16,6 +16,8 @@ from attune.robots.interface import Point
 
 EDGE = 0.1
 """From the middle of a thing that is put down to the edge of the surface, at least [m]."""
+MARGIN = 0.02
+"""From the outline of a thing that is put down to the edge of the surface, at least [m]."""
 GRID = 0.06
 """Between two candidate spots [m]."""
 GAP = 0.05
@@ -102,7 +104,7 @@ def search_order(scene: Scene, belief: Belief, spec: ObjectSpec, excluded: Colle
 def free_spots(scene: Scene, belief: Belief, place: str, item: Individual | None = None) -> Iterator[Spot]:
     """Free spots for an object at a kind of place, nearest to the user first."""
     for surface in delivery_surfaces(scene, place, item):
-        near = sorted(_grid(surface), key=lambda point: math.dist(point[:2], scene.user))
+        near = sorted(_grid(surface, item), key=lambda point: math.dist(point[:2], scene.user))
         yield from (Spot(surface, point) for point in near if _is_free(belief, surface, point, item))
 
 
@@ -116,7 +118,7 @@ def home_spots(scene: Scene, belief: Belief, item: Individual) -> Iterator[Spot]
     others = [other for other in delivery_surfaces(scene, surface.place, item) if other.name != surface.name]
     elsewhere = [other for other in open_surfaces if other not in (surface, *others)]
     for option in (surface, *others, *elsewhere):
-        near = sorted(_grid(option), key=lambda point: math.dist(point, origin))
+        near = sorted(_grid(option, item), key=lambda point: math.dist(point, origin))
         yield from (Spot(option, point) for point in near if _is_free(belief, option, point, item))
 
 
@@ -126,7 +128,7 @@ def stopover(scene: Scene, belief: Belief, item: Individual, near: tuple[float, 
         Spot(surface, point)
         for surface in scene.surfaces
         if not surface.container and fits(scene, item, surface)
-        for point in _grid(surface)
+        for point in _grid(surface, item)
         if _is_free(belief, surface, point, item)
     )
     return min(spots, key=lambda spot: math.dist(spot.position[:2], near), default=None)
@@ -153,14 +155,16 @@ def look_points(surface: Surface) -> tuple[Point, ...]:
     return tuple(_on(surface, ((index + 0.5) / count - 0.5) * surface.size[0], 0.0) for index in range(count))
 
 
-def _grid(surface: Surface) -> Iterator[Point]:
-    for along in _steps(surface.size[0]):
-        for across in _steps(surface.size[1]):
+def _grid(surface: Surface, item: Individual | None = None) -> Iterator[Point]:
+    """Points of a surface on which an object, however it is turned, does not stand over the edge or in a wall."""
+    edge = max(EDGE, _radius(item.extent) + MARGIN if item else 0.0)
+    for along in _steps(surface.size[0], edge):
+        for across in _steps(surface.size[1], edge):
             yield _on(surface, along, across)
 
 
-def _steps(length: float) -> tuple[float, ...]:
-    half = max(0.0, length / 2 - EDGE)
+def _steps(length: float, edge: float) -> tuple[float, ...]:
+    half = max(0.0, length / 2 - edge)
     count = int(2 * half / GRID) + 1
     return tuple((index - (count - 1) / 2) * GRID for index in range(count))
 
