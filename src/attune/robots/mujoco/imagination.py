@@ -147,9 +147,14 @@ class Imagination:
         self.data.qpos[address : address + 3] = frame.position
         self.data.qpos[address + 3 : address + 7] = quaternion(frame.rotation)
 
-    def aim_at(self, name: str) -> None:
-        """Let the robot come as near to an object as its fingers must, until `keep_clear`."""
-        self.model.geom_margin[self.model.geom_bodyid == self.model.body(name).id] = 0.0
+    def aim_at(self, name: str, rub: float = 0.0) -> None:
+        """Let the robot come as near to an object as its fingers must, until `keep_clear`.
+
+        Args:
+            name: The object.
+            rub: How far a finger may give way to it [m]: one that was grasped off centre is rubbed when it is let go.
+        """
+        self.model.geom_margin[self.model.geom_bodyid == self.model.body(name).id] = -rub
 
     def keep_clear(self, name: str) -> None:
         """End `aim_at`."""

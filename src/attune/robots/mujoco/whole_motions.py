@@ -68,6 +68,9 @@ def radius(percept: Percept) -> float:
     """Of the circle around an object's middle that it fits into, seen from above [m]."""
     return float(np.hypot(percept.extent[0], percept.extent[1])) / 2
 
+_RUB = 0.006
+"""Fingers have this much give [m]; opened, they are 7.5 mm away from a cup that was grasped in the middle."""
+
 
 def find_picks(
     world: Imagination,
@@ -132,7 +135,7 @@ def find_places(
     carrying.set_arm(arm, posture)
     for lift in LIFTS:
         for start in place_starts(carrying, arm, held.in_hand, held.upright, position, lift)[:_STARTS]:
-            world.aim_at(held.percept.name)
+            world.aim_at(held.percept.name, rub=_RUB)
             plan = finish_place(world, carrying, held.in_hand, held.percept.name, start)
             world.keep_clear(held.percept.name)
             if plan is None:
