@@ -16,8 +16,6 @@ from attune.cli.eval_language import eval_language
 from attune.cli.eval_planner import eval_planner
 from attune.cli.eval_robot import eval_robot
 from attune.cli.eval_speech import eval_speech
-from attune.cli.eval_planner import eval_planner
-from attune.cli.eval_robot import eval_robot
 from attune.cli.listen import listen
 from attune.cli.live import live
 from attune.cli.profile import profile_app

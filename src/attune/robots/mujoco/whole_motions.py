@@ -68,6 +68,7 @@ def radius(percept: Percept) -> float:
     """Of the circle around an object's middle that it fits into, seen from above [m]."""
     return float(np.hypot(percept.extent[0], percept.extent[1])) / 2
 
+
 _RUB = 0.006
 """Fingers have this much give [m]; opened, they are 7.5 mm away from a cup that was grasped in the middle."""
 
