@@ -82,13 +82,15 @@ def upright_path(world: Imagination, arm: Arm, start: Array, goal: Array, rng: n
     Start and goal must hold the hand equally upright.
     """
     kinematics = world.kinematics[arm]
-    position, orientation = kinematics.forward(np.stack((start, goal)))
-    branches = kinematics.branch(np.stack((start, goal)))
+    # A joint that leans on its limit is measured a little beyond it, where no inverse exists.
+    within = np.clip(start, kinematics.geometry.low + _WITHIN, kinematics.geometry.high - _WITHIN)
+    position, orientation = kinematics.forward(np.stack((within, goal)))
+    branches = kinematics.branch(np.stack((within, goal)))
     turned = orientation[1] @ orientation[0].T
     yaw = float(np.arctan2(turned[1, 0], turned[0, 0]))
     if branches[0] != branches[1]:
         return None
-    first = np.array([*position[0], 0.0, start[0]])
+    first = np.array([*position[0], 0.0, within[0]])
     last = np.array([*position[1], yaw, goal[0]])
 
     def configurations(points: Array) -> Array | None:
@@ -122,6 +124,8 @@ def upright_path(world: Imagination, arm: Arm, start: Array, goal: Array, rng: n
     return q
 
 
+_WITHIN = 0.002
+"""From the joint limits [rad]."""
 _UPRIGHT_STEPS = np.array([0.02, 0.02, 0.02, 0.05, 0.05])
 _UPRIGHT_SPREAD = np.array([0.15, 0.15, 0.15, 0.6, 0.5])
 

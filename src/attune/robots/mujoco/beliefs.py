@@ -85,4 +85,8 @@ class Beliefs:
         if grasping is not None:
             carried[grasping[0]] = (grasping[1], _UNKNOWN)
             poses.pop(grasping[1], None)
-        return Imagination(self._world.model, self._world.snapshot(), poses, carried)
+        world = Imagination(self._world.model, self._world.snapshot(), poses, carried)
+        for arm in self.held:
+            if arm in carried and grasping is None:
+                world.let_brush(arm)
+        return world

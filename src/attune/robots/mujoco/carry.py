@@ -54,6 +54,10 @@ def is_carrying(world: Imagination, arm: Arm) -> bool:
     return away < _CLOSE and float(held.position[2]) > min(_HEIGHTS) - 0.02
 
 
+_ROOM = 0.02
+"""Left around what is carried on the way, if possible [m]."""
+
+
 def carrying_path(world: Imagination, arm: Arm, start: Array, reach: float, rng: np.random.Generator) -> Array | None:
     """A free path of an arm that carries something to a posture for driving, shape (n, 7), or None.
 
@@ -65,9 +69,12 @@ def carrying_path(world: Imagination, arm: Arm, start: Array, reach: float, rng:
         rng: For the search.
     """
     tries = 0
-    for posture in _postures(world, arm, start, reach)[:_TRIES]:
-        world.set_arm(arm, posture)
-        if not world.free():
+    postures = _postures(world, arm, start, reach)[:_TRIES]
+    # How it lies in the hand is known only once it is grasped: where there is room, more is left around it.
+    roomy = [_is_free(world, arm, posture, _ROOM) for posture in postures]
+    for index in np.argsort(np.logical_not(roomy), kind="stable"):
+        posture = postures[index]
+        if not roomy[index] and not _is_free(world, arm, posture):
             continue
         path = upright_path(world, arm, start, posture, rng)
         tries += 1
@@ -76,6 +83,16 @@ def carrying_path(world: Imagination, arm: Arm, start: Array, reach: float, rng:
         if tries == _PATHS:
             break
     return None
+
+
+def _is_free(world: Imagination, arm: Arm, posture: Array, room: float = 0.0) -> bool:
+    if room:
+        world.widen_carried(arm, room)
+    world.set_arm(arm, posture)
+    free = world.free()
+    if room:
+        world.widen_carried(arm)
+    return free
 
 
 def _postures(world: Imagination, arm: Arm, start: Array, reach: float) -> Array:

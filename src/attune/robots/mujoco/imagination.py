@@ -141,6 +141,25 @@ class Imagination:
         geom = self.model.geom(handle_name(container)).id
         self.model.geom_contype[geom] = self.model.geom_conaffinity[geom] = 0
 
+    def widen_carried(self, arm: Arm, margin: float = MARGIN / 2) -> None:
+        """Set how far what an arm carries keeps from everything [m]; without a margin, the usual one."""
+        body = self.model.body(self._carried[arm][0]).id
+        self.model.geom_margin[(self.model.geom_bodyid == body) & (self.model.geom_contype > 0)] = margin
+
+    def let_brush(self, arm: Arm) -> None:
+        """If what an arm carries lies against the trunk now, let it: no path could begin there otherwise."""
+        m, body = self.model, self.model.body(self._carried[arm][0]).id
+        self._collide()
+        pairs = self.data.contact.geom
+        carried, trunk = m.geom_bodyid[pairs] == body, m.geom_contype[pairs] == contact.TRUNK
+        if not (carried[:, 0] & trunk[:, 1] | carried[:, 1] & trunk[:, 0]).any():
+            return
+        # Without a type of its own it still meets what it is set to meet: furniture, objects and the other arm.
+        geoms = (m.geom_bodyid == body) & (m.geom_contype > 0)
+        m.geom_contype[geoms] = m.body_contype[body] = 0
+        m.geom_conaffinity[geoms] &= ~contact.TRUNK
+        m.body_conaffinity[body] &= ~contact.TRUNK
+
     def put(self, name: str, frame: Frame) -> None:
         """Put an object somewhere."""
         address = self.model.jnt_qposadr[self.model.body(name).jntadr[0]]
