@@ -87,14 +87,16 @@ async def run_trial(
 
 
 async def _moment(session: Session, line: Line) -> None:
-    """Wait until the moment of a line has come, or the robot rests and it never will."""
-    started = session.clock.now()
+    """Wait until the moment of a line has come, or the robot rests after work and it never will."""
+    has_worked = False
     with session.bus.subscribe(ROBOT_STATE) as states:
         async for state in states:
             if line.when(state):
                 await session.clock.sleep(line.delay)
                 return
-            if state.step in RESTING and state.time > started:
+            if state.step not in RESTING:
+                has_worked = True
+            elif has_worked:
                 return
 
 
