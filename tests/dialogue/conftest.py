@@ -21,6 +21,7 @@ def answer(intent: str, **fields: Any) -> Json:
         "destination": "",
         "style": "",
         "status": "",
+        "answers": False,
         "reply": "",
     }
     filled |= fields

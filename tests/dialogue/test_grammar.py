@@ -110,7 +110,10 @@ def test_internal_intents_are_told_apart() -> None:
     assert read("carry on").intent == "carry_on"
     assert read("please speak a bit slower").style == "slower"
     assert read("you don't have to tell me everything").style == "less"
-    assert read("I am 78 years old").band == "older"
+    assert read("I am 78 years old").age == 78
+    assert read("I'm in my seventies").age == 70
+    assert read("can you speak more slowly").style == "slower"
+    assert read("talk normally again").style == "normal"
     assert read("what are you doing?").status == "doing"
     assert read("could you repeat that").intent == "repeat"
 

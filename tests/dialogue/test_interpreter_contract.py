@@ -5,12 +5,24 @@ from collections.abc import Awaitable, Callable
 from dataclasses import replace
 from typing import Any, get_args
 
+import anyio
 import pytest
 
+from attune.core.bus import COMMAND, REPLY, ROBOT_STATE, UTTERANCE, WORLD, Bus
 from attune.core.clock import RealClock, run
-from attune.core.config import Config, LlmConfig
-from attune.core.messages import ObjectSpec
+from attune.core.config import Config, DialogueConfig, LlmConfig
+from attune.core.messages import (
+    BelievedObject,
+    Command,
+    ObjectSpec,
+    QueuedTask,
+    ReplaceObject,
+    RobotState,
+    Utterance,
+    WorldState,
+)
 from attune.core.scene import load_scene
+from attune.dialogue.bridge import DialogueBridge
 from attune.dialogue.choice import chosen_interpreter
 from attune.dialogue.context import Context, TaskContext
 from attune.dialogue.corpus import scene_lexicon
@@ -25,6 +37,8 @@ IDLE = Context()
 BUSY = Context(task=TaskContext(objects=(RED_CUP,), destination="table"), scene=(RED_CUP, BLUE_CUP))
 ASKED = Context(pending_question="Do you mean the small red cup or the big blue cup?", scene=(RED_CUP, BLUE_CUP))
 
+BRINGING_BOWL = Context(task=TaskContext(objects=(ObjectSpec(type="bowl"),)))
+
 CASES: tuple[tuple[str, Context, str, tuple[ObjectSpec, ...], tuple[ObjectSpec, ...], str], ...] = (
     ("Bring me the big white bowl from the dishwasher.", IDLE, "bring_me",
      (ObjectSpec(type="bowl", color="white", size="big", location="dishwasher"),), (), ""),
@@ -36,6 +50,8 @@ CASES: tuple[tuple[str, Context, str, tuple[ObjectSpec, ...], tuple[ObjectSpec, 
     ("Bring me a cup instead of a bowl.", IDLE, "replace_object",
      (ObjectSpec(type="cup"),), (ObjectSpec(type="bowl"),), ""),
     ("Bring me the bowl instead.", BUSY, "replace_object", (ObjectSpec(type="bowl"),), (RED_CUP,), ""),
+    ("I would like the cup instead.", BRINGING_BOWL, "replace_object",
+     (ObjectSpec(type="cup"),), (ObjectSpec(type="bowl"),), ""),
     ("Put it on the counter.", BUSY, "change_location", (), (), "countertop"),
     ("The blue one.", ASKED, "bring_me", (BLUE_CUP,), (), ""),
     ("Stop!", BUSY, "stop", (), (), ""),
@@ -60,9 +76,13 @@ def using(kind: str, model_server: Make, behaviour: Make, model_answer: Make) ->
     """Runs an async function with the interpreter under test."""
     known = {
         text: model_answer(
-            intent, add=[slots(spec) for spec in add], remove=[slots(spec) for spec in remove], destination=place
-        )
-        for text, _, intent, add, remove, place in CASES
+            intent,
+            add=[slots(spec) for spec in add],
+            remove=[slots(spec) for spec in remove],
+            destination=place,
+            answers=context is ASKED,
+        )  # fmt: skip
+        for text, context, intent, add, remove, place in CASES
     }
     madness = random.Random(7)
 
@@ -103,6 +123,36 @@ def test_the_conventions_hold(using: Make, kind: str) -> None:
         assert found.add == add, text
         assert found.remove == remove, text
         assert found.destination == place, text
+        assert found.answers == (text == "The blue one."), text
+
+
+def test_an_answer_to_a_question_about_a_replacement_replaces(using: Make, kind: str) -> None:
+    if kind == "mad model":
+        pytest.skip("it draws its answers")
+
+    async def use(interpreter: Interpreter) -> list[Command]:
+        clock, bus = RealClock(), Bus()
+        commands: list[Command] = []
+        bus.on(COMMAND, commands.append)
+        bridge = DialogueBridge(bus, clock, SCENE, DialogueConfig(), interpreter)
+        world = tuple(BelievedObject(spec=spec) for spec in (RED_CUP, BLUE_CUP, ObjectSpec(type="bowl")))
+        async with anyio.create_task_group() as group:
+            group.start_soon(bridge.run)
+            await clock.sleep(0.05)
+            bus.publish(WORLD, WorldState(time=0.0, objects=world))
+            queue = (QueuedTask(object=ObjectSpec(type="bowl"), destination="table", status="active"),)
+            bus.publish(ROBOT_STATE, RobotState(time=0.0, step="transporting_fetch", queue=queue))
+            await clock.sleep(0.05)
+            for text in ("I would like the cup instead.", "The blue one."):
+                with bus.subscribe(REPLY) as replies, anyio.fail_after(10):
+                    bus.publish(UTTERANCE, Utterance(time=clock.now(), text=text, typed=True))
+                    await replies.receive()
+            group.cancel_scope.cancel()
+        return commands
+
+    (command,) = using(use)
+    assert isinstance(command, ReplaceObject)
+    assert (command.remove.type, command.add.type, command.add.color) == ("bowl", "cup", "blue")
 
 
 STOPS = ("stop", "Stop!", "STOP STOP", "please stop", "halt", "wait", "freeze", "hold on", "never mind", "don't move")

@@ -7,7 +7,7 @@ import pytest
 from attune.core import messages as m
 from attune.core.bus import COMMAND, OUTCOME, REPLY, UTTERANCE
 from attune.core.clock import VirtualClock, run
-from attune.core.config import Config
+from attune.core.config import Config, with_values
 from attune.dialogue.profiles import ProfileStore
 from attune.evaluation.speakers import Speaker, UserAudio
 from attune.session.session import Session
@@ -60,6 +60,33 @@ def test_what_a_person_says_of_their_age_wins_over_their_voice(
     assert places == [place]
     assert [getattr(command, "band", None) for command in commands] == [band]
     assert replies[-1].style == band
+
+
+@pytest.mark.parametrize(
+    ("older_from", "words", "band"),
+    [
+        ("fifties", "I am fifty-five", "older"),
+        ("fifties", "I am forty-nine", "younger"),
+        ("seventies", "I am sixty-nine years old", "younger"),
+        ("seventies", "I'm in my seventies", "older"),
+    ],
+)
+def test_who_counts_as_older_is_a_matter_of_configuration(
+    config: Config, older_from: str, words: str, band: str
+) -> None:
+    commands: list[m.Command] = []
+    clock = VirtualClock()
+
+    async def main() -> None:
+        session = Session(with_values(config, {"speech": {"older_from": older_from}}), clock)
+        session.bus.on(COMMAND, commands.append)
+        async with session.running():
+            for text in (words, "bring me a spoon"):
+                session.say(text)
+                await clock.sleep(2)
+
+    run(main, clock)
+    assert [getattr(command, "band", None) for command in commands] == [band]
 
 
 def test_it_is_remembered_with_consent_and_wins_in_the_next_talk(config: Config, tmp_path: Any) -> None:

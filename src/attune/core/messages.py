@@ -17,6 +17,12 @@ AgeGroup = Literal[
 AGE_GROUPS: tuple[AgeGroup, ...] = get_args(AgeGroup)
 """The nine groups of the paper, spelled as in Common Voice's own labels."""
 
+
+def years_of(group: AgeGroup) -> int:
+    """The age at which a group begins [years]."""
+    return 10 * (AGE_GROUPS.index(group) + 1)
+
+
 Size = Literal["", "small", "normal", "big"]
 
 

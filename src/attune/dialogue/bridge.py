@@ -25,12 +25,15 @@ from attune.core.codec import to_data
 from attune.core.config import DialogueConfig
 from attune.core.events import Event, EventKind
 from attune.core.messages import (
+    AgeGroup,
+    Band,
     CommandOutcome,
     RobotState,
     SpeechActivity,
     StopSignal,
     Utterance,
     WorldState,
+    years_of,
 )
 from attune.core.scene import Scene
 from attune.dialogue.answering import Answerer
@@ -78,6 +81,7 @@ class DialogueBridge:
         config: Thresholds, times and files.
         interpreter: Who understands; None takes the embedded one.
         profiles: What is remembered about people, with their consent; None remembers nothing.
+        older_from: The first age group that counts as older, for ages that people state.
 
     Raises:
         AttuneError: A file that the configuration names is wrong.
@@ -91,6 +95,7 @@ class DialogueBridge:
         config: DialogueConfig,
         interpreter: Interpreter | None = None,
         profiles: ProfileStore | None = None,
+        older_from: AgeGroup = "sixties",
     ) -> None:
         self._bus = bus
         self._clock = clock
@@ -112,6 +117,7 @@ class DialogueBridge:
         self._narrator = Narrator(self.speaker)
         self._answerer = Answerer(self.speaker, self._situation)
         self._scene = scene
+        self._older_from = years_of(older_from)
         self._fragment: _Fragment | None = None
         self._speaking = False
         self._stopped: dict[str, bool] = {}
@@ -273,7 +279,7 @@ class DialogueBridge:
                 self.speaker.preferences = self.speaker.preferences.wish(meaning.style)
                 self._memory.keep_wishes()
             case "stated_age":
-                self.speaker.preferences = replace(self.speaker.preferences, band=meaning.band)
+                self.speaker.preferences = replace(self.speaker.preferences, band=self._stated(meaning))
                 self._memory.keep_wishes()
             case "bring_me" | "replace_object":
                 self._fetch(utterance, meaning)
@@ -403,7 +409,13 @@ class DialogueBridge:
         if question:
             self._situation.pending = PendingQuestion(question, self._clock.now())
 
-    def _band(self, utterance: Utterance) -> Any:
+    def _stated(self, meaning: Interpretation) -> Band:
+        """The band of the age that the person stated."""
+        if not meaning.age:
+            return meaning.band
+        return "older" if meaning.age >= self._older_from else "younger"
+
+    def _band(self, utterance: Utterance) -> Band:
         return utterance.age.band if self.speaker.preferences.band == "unknown" else self.speaker.preferences.band
 
     def _tell(self, kind: EventKind, utterance: Utterance, reason: str = "", **data: Any) -> None:
@@ -420,16 +432,19 @@ def to_data_list(specs: Any) -> list[dict[str, str]]:
 
 def _completed(meaning: Interpretation, pending: PendingQuestion) -> Interpretation:
     """Put the answer to a question in its place in what was wanted before."""
-    about = pending.about
-    if (
-        about is None
-        or meaning.intent != "bring_me"
-        or len(meaning.add) != 1
-        or meaning.reason != "answers the question"
-    ):
+    about, index = pending.about, pending.index
+    if about is None or not meaning.answers or meaning.intent != "bring_me":
         return meaning
-    add = (*about.add[: pending.index], meaning.add[0], *about.add[pending.index + 1 :])
-    return replace(about, add=add, reason=meaning.reason, confidence=meaning.confidence)
+    definite = (*about.definite, *(False for _ in about.add))[: len(about.add)]
+    return replace(
+        about,
+        add=(*about.add[:index], *meaning.add, *about.add[index + 1 :]),
+        definite=(*definite[:index], *(True for _ in meaning.add), *definite[index + 1 :]),
+        destination=meaning.destination or about.destination,
+        reply=meaning.reply,
+        reason=meaning.reason,
+        confidence=meaning.confidence,
+    )
 
 
 def _without(meaning: Interpretation, index: int) -> Interpretation:

@@ -17,7 +17,7 @@ Intent = Literal[
 ]  # fmt: skip
 """What was meant. `talk` is for somebody else; `unclear` deserves a question back."""
 
-StyleWish = Literal["", "less", "more", "slower", "faster", "louder", "quieter"]
+StyleWish = Literal["", "less", "more", "slower", "faster", "louder", "quieter", "normal"]
 StatusTopic = Literal["", "doing", "place", "object", "duration", "ability", "stock", "wellbeing", "farewell"]
 
 
@@ -37,7 +37,9 @@ class Interpretation:
         unknown: Words that name nothing the robot knows ("newspaper").
         style: How the robot shall speak or tell.
         status: What a status question is about.
-        band: The age band that the person stated.
+        band: The age band that the person stated in words ("I am old").
+        age: The age that the person stated [years], 0 for none.
+        answers: Whether this chooses what the pending question is about.
         suggestion: What the person may have said (repair): a question about it is worth asking.
     """
 
@@ -53,6 +55,8 @@ class Interpretation:
     style: StyleWish = ""
     status: StatusTopic = ""
     band: Band = "unknown"
+    age: int = 0
+    answers: bool = False
     suggestion: str = ""
 
 

@@ -66,6 +66,7 @@ class ModelAnswer(_Strict):
     destination: str
     style: StyleWish
     status: StatusTopic
+    answers: bool = False
     reply: str
 
     @model_validator(mode="after")
@@ -104,6 +105,7 @@ def answer_schema() -> dict[str, Any]:
         "destination": names,
         "style": {"type": "string", "enum": list(get_args(StyleWish))},
         "status": {"type": "string", "enum": list(get_args(StatusTopic))},
+        "answers": {"type": "boolean"},
         "reply": names,
     }
     return {"type": "object", "properties": properties, "required": list(properties), "additionalProperties": False}
@@ -179,6 +181,7 @@ def to_interpretation(answer: ModelAnswer, context: Context, lexicon: Lexicon, r
         intent=intent, add=add, remove=remove, destination=place, reply=_spoken(answer.reply), confidence=CONFIDENCE,
         reason=reason, definite=(False,) * len(add), style=answer.style if intent == "style" else "",
         status=answer.status if intent == "status" else "",
+        answers=answer.answers and intent == "bring_me" and bool(context.pending_question),
     )  # fmt: skip
 
 

@@ -106,6 +106,8 @@ class Preferences:
                 return replace(self, rate_steps=self.rate_steps + (1 if wish == "faster" else -1))
             case "louder" | "quieter":
                 return replace(self, loudness_steps=self.loudness_steps + (1 if wish == "louder" else -1))
+            case "normal":
+                return Preferences(band=self.band)
             case _:
                 return self
 

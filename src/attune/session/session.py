@@ -67,7 +67,9 @@ class Session:
         self.robot = robot or make_robot(config, self.scene, clock)
         self.planner = Planner(self.bus, clock, self.scene, self.robot, config.planner)
         self._interpreter = make_interpreter(config, self.scene, clock)
-        self.dialogue = DialogueBridge(self.bus, clock, self.scene, config.dialogue, self._interpreter, profiles)
+        self.dialogue = DialogueBridge(
+            self.bus, clock, self.scene, config.dialogue, self._interpreter, profiles, config.speech.older_from
+        )
         self._canceller = self._echo_canceller() if audio is not None else None
         on_playback = self._canceller.played if self._canceller else None
         self.voice = Voice(self.bus, clock, config.voice, on_playback=on_playback)

@@ -257,8 +257,9 @@ def _agreed(question: Question) -> Interpretation:
 
 def _chosen(options: tuple[ObjectSpec, ...]) -> Interpretation:
     return Interpretation(
-        intent="bring_me", add=options, definite=(True,) * len(options), confidence=0.92, reason="answers the question"
-    )
+        intent="bring_me", add=options, definite=(True,) * len(options), confidence=0.92,
+        reason="answers the question", answers=True,
+    )  # fmt: skip
 
 
 __all__ = ["Question", "read_answer", "read_question", "resolve"]

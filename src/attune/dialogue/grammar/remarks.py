@@ -45,14 +45,15 @@ _LESS = re.compile(
     r"just do it)\b"
 )
 _MORE = re.compile(
-    r"\b(?:(?:talk|speak|explain|say|tell me) (?:a bit |a little )?more|tell me (?:what|everything|each|every|"
-    r"when|before|about (?:what|everything)|where you|step)|keep me (?:informed|posted|updated|in the loop)|"
+    r"\b(?:(?:talk|speak|explain|say|tell me) (?:a bit |a little )?more(?! \w+ly\b)|"
+    r"tell me (?:what|everything|each|every|when|before|about (?:what|everything)|where you|step)|keep me (?:informed|posted|updated|in the loop)|"
     r"let me know (?:what|when|before|everything)|explain (?:what|everything)|warn me before|"
     r"announce (?:everything|every|what|your)|say what you|describe what you|inform me|more (?:detail\w*|"
     r"information))\b"
 )
 _SLOWER = re.compile(
-    r"\b(?:slower|more slowly|slow down|too fast|(?:speak|talk|say) (?:\w+ )?slow(?:ly)?|not so fast)\b"
+    r"\b(?:slower|more slowly|slow down|too fast|not so fast|"
+    r"(?:speak|talk|say \w+) (?:\w+ )?(?:slow(?:ly)?|clear(?:ly|er)))\b"
 )
 _FASTER = re.compile(
     r"\b(?:(?:speak|talk|say \w+) (?:\w+ ){0,2}(?:faster|quicker|more quickly)|faster|too slow(?:ly)?|speed up|"
@@ -68,16 +69,23 @@ _QUIETER = re.compile(
     r"less loud|whisper)\b"
 )
 
+_NORMAL = re.compile(
+    rf"(?:{_POLITE} )*(?:(?:(?:talk|speak)(?: to me)?|be|go|use|back to|at|in|with) )*"
+    rf"(?:normal(?:ly)?|as (?:usual|always|before)|(?:(?:your|the|an?) )?(?:normal|usual) (?:speed|volume|voice|pace))"
+    rf"(?: (?:again|{_POLITE}))*[ .,?]*"
+)
+
 _NUMBERS = {"twenty": 20, "thirty": 30, "forty": 40, "fourty": 40, "fifty": 50, "sixty": 60, "seventy": 70,
             "eighty": 80, "ninety": 90,
             "eighteen": 18, "nineteen": 19, "sixteen": 16, "seventeen": 17, "fifteen": 15, "hundred": 100}  # fmt: skip
+_DECADES = {f"{name[:-1]}ies": age for name, age in _NUMBERS.items() if name.endswith("ty")}
 _AGE = re.compile(
-    r"\bi am (?:only |already |almost |over |about )?(?:in my )?(\d+|"
+    r"\bi am (?:only |already |almost |over |about )?(?:in my )?(?:early |mid |late )?(\d+|"
     + "|".join(_NUMBERS)
-    + r")(?:ties|s)?(?: \w+)?(?: years?(?: old| young)?)?[ .,]*$"
+    + "|"
+    + "|".join(_DECADES)
+    + r")s?(?: \w+)?(?: years?(?: old| young)?)?[ .,]*$"
 )
-_OLDER_FROM = 60
-"""Years; as `[speech] older_from` has it by default."""
 _OLD = re.compile(
     r"\bi am (?:an? )?(?:very |quite |rather )?(old|older|elderly|senior|pensioner|retired|young|younger|teenager|"
     r"student|kid|child)(?: \w+)?[ .,]*$"
@@ -163,8 +171,8 @@ def remark(plain: str, skeleton: str) -> Interpretation | None:  # noqa: PLR0911
         return _is("put_back", "asks to put it back")
     if wish := _style(plain, skeleton):
         return wish
-    if band := _band(text):
-        return Interpretation(intent="stated_age", band=band, confidence=0.9, reason="states an age")
+    if stated := _stated_age(text):
+        return stated
     if _REPEAT.fullmatch(plain):
         return _is("repeat", "asks to say it again")
     if NO.match(text):
@@ -196,6 +204,11 @@ def _style(plain: str, skeleton: str) -> Interpretation | None:
         ("less", _LESS), ("more", _MORE), ("slower", _SLOWER), ("faster", _FASTER),
         ("louder", _LOUDER), ("quieter", _QUIETER),
     )  # fmt: skip
+    # "Normal" is a size, too.
+    if _NORMAL.fullmatch(plain):
+        return Interpretation(
+            intent="style", style="normal", confidence=0.9, reason="wants the robot to speak as usual"
+        )
     if re.search(r"\b[TP]\d+\b", skeleton) or re.search(r"\b(?:he|she|they|him|her|story|time|weather|joke)\b", plain):
         return None
     for wish, pattern in wishes:
@@ -204,12 +217,17 @@ def _style(plain: str, skeleton: str) -> Interpretation | None:
     return None
 
 
-def _band(text: str) -> Band | None:
+def _stated_age(text: str) -> Interpretation | None:
     if match := _AGE.search(text):
-        age = int(match[1]) if match[1].isdigit() else _NUMBERS[match[1]]
-        return ("older" if age >= _OLDER_FROM else "younger") if 5 <= age <= 120 else None
+        age = int(match[1]) if match[1].isdigit() else (_NUMBERS | _DECADES)[match[1]]
+        possible = 5 <= age <= 120
+        return (
+            Interpretation(intent="stated_age", age=age, confidence=0.9, reason="states an age") if possible else None
+        )
     if match := _OLD.search(text):
-        return "older" if match[1] in {"old", "older", "elderly", "senior", "pensioner", "retired"} else "younger"
+        old = match[1] in {"old", "older", "elderly", "senior", "pensioner", "retired"}
+        band: Band = "older" if old else "younger"
+        return Interpretation(intent="stated_age", band=band, confidence=0.9, reason="states an age in words")
     return None
 
 
