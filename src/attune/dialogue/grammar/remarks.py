@@ -46,7 +46,8 @@ _LESS = re.compile(
 )
 _MORE = re.compile(
     r"\b(?:(?:talk|speak|explain|say|tell me) (?:a bit |a little )?more(?! \w+ly\b)|"
-    r"tell me (?:what|everything|each|every|when|before|about (?:what|everything)|where you|step)|keep me (?:informed|posted|updated|in the loop)|"
+    r"tell me (?:what|everything|each|every|when|before|"
+    r"about (?:what|everything)|where you|step)|keep me (?:informed|posted|updated|in the loop)|"
     r"let me know (?:what|when|before|everything)|explain (?:what|everything)|warn me before|"
     r"announce (?:everything|every|what|your)|say what you|describe what you|inform me|more (?:detail\w*|"
     r"information))\b"
