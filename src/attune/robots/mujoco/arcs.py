@@ -19,7 +19,7 @@ from attune.robots.mujoco.frames import Frame
 from attune.robots.mujoco.imagination import Imagination
 from attune.robots.mujoco.kinematics import rotation
 from attune.robots.mujoco.kitchen import handle_name, joint_name
-from attune.robots.mujoco.reaching import comfort, follow, stacked, straight
+from attune.robots.mujoco.reaching import comfort, finer, follow, stacked, straight
 
 Array = NDArray[np.float64]
 
@@ -37,6 +37,10 @@ _ALONG = (0.0, 0.05, -0.05)
 _HAND = np.array([[0.0, 0.0, 1.0], [0.0, 1.0, 0.0], [-1.0, 0.0, 0.0]])
 """The tool's axes in the handle's frame: pointing at the front, the fingers closing across the bar."""
 _WAYS = 10
+_STEP = 0.05
+"""Between two collision checks on the handle's way [rad]."""
+ROOMS = (0.02, 0.008)
+"""Left around the arm while the container moves [m]: the first that is possible."""
 _STARTS = 5
 
 
@@ -98,6 +102,7 @@ def find_arcs(
     span: tuple[float, float],
     posture: Array,
     rng: np.random.Generator,
+    room: float,
 ) -> Iterator[Arc | None]:
     """Ways to move a container from where the base stands; each step is one short piece of work.
 
@@ -109,6 +114,7 @@ def find_arcs(
         span: Positions of the container from where to where [m or rad].
         posture: The arm's configuration at the beginning.
         rng: For the searches.
+        room: Left around the arm while the container moves [m].
     """
     kinematics, torso = world.kinematics[arm], world.torso_frame()
     middle = torso.position + torso.rotation @ kinematics.geometry.shoulder
@@ -122,9 +128,8 @@ def find_arcs(
         starts, _ = kinematics.solutions(position, orientation, kinematics.pan_grid(0.2))
         starts = starts[np.argsort(comfort(kinematics, starts))]
         for start in starts[:_STARTS]:
-            world.set_joint(joint_name(container), span[0])
-            swing = follow(kinematics, torso, start, way)
-            if swing is None or not _swings_free(world, arm, container, swing, span):
+            swing = kinematics.follow(start, *stacked(torso, way))
+            if swing is None or not _swings_free(world, arm, container, swing, span, room):
                 continue
             yield _complete(world, arm, container, swing, way, span, posture, rng)
         yield None
@@ -141,14 +146,24 @@ def _reachable(world: Imagination, arm: Arm, ways: Sequence[Sequence[Frame]]) ->
     return [int(way) for way in np.flatnonzero(reached.reshape(-1, len(keys)).all(axis=1))]
 
 
-def _swings_free(world: Imagination, arm: Arm, container: str, swing: Array, span: tuple[float, float]) -> bool:
+def _swings_free(
+    world: Imagination, arm: Arm, container: str, swing: Array, span: tuple[float, float], room: float
+) -> bool:
+    """Whether the arm may move along the handle's way, the container with it. Joints turn far between waypoints."""
+    line = np.column_stack((swing, np.linspace(*span, len(swing))))
+    checked = finer(line, _STEP)
+    world.ignore_handle(container)
     world.set_gripper(arm, 0.02)
-    for position, q in zip(np.linspace(*span, len(swing)), swing, strict=True):
-        world.set_joint(joint_name(container), float(position))
-        world.set_arm(arm, q)
-        if not world.free():
-            return False
-    return True
+    world.widen_arm(arm, room)
+    try:
+        for point in checked:
+            world.set_joint(joint_name(container), float(point[-1]))
+            if not world.all_free(arm, point[None, :-1]):
+                return False
+        return True
+    finally:
+        world.widen_arm(arm)
+        world.set_joint(joint_name(container), span[0])
 
 
 def _complete(
@@ -162,6 +177,7 @@ def _complete(
     rng: np.random.Generator,
 ) -> Arc | None:
     """Add the ways to the handle and back from it."""
+    world.ignore_handle(container)
     world.set_gripper(arm, HANDLE_GAP)
     parts: list[Array] = []
     for position, q, hand in ((span[0], swing[0], way[0]), (span[1], swing[-1], way[-1])):
@@ -172,6 +188,8 @@ def _complete(
             return None
         parts.append(path)
     approach, retreat = parts[0][::-1], parts[1]
+    # Only these may touch the handle: what pushes it aside moves the door, and the hand then closes beside it.
+    world.ignore_handle(container, ignored=False)
     fold = folding_path(world, arm, rng, retreat[-1])
     world.set_joint(joint_name(container), span[0])
     if fold is None:

@@ -6,7 +6,7 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from attune.robots.interface import ARMS, Arm, Percept
+from attune.robots.interface import ARMS, Arm, Percept, Pose
 from attune.robots.mujoco.frames import Frame, frame_of
 from attune.robots.mujoco.imagination import Imagination
 from attune.robots.mujoco.kinematics import rotation
@@ -37,7 +37,10 @@ class Beliefs:
     def __init__(self, world: World) -> None:
         self._world = world
         self.seen: dict[str, Percept] = {}
+        self._opened: dict[str, float] = {}
+        """How far the drawer that an object lies in was open when it was seen [m]."""
         self.held: dict[Arm, Held] = {}
+        self._drawers = {box.name: box for box in world.scene.containers if box.kind == "drawer"}
 
     def notice(self, percepts: Iterable[Percept]) -> None:
         """Remember what is seen now; what is held stays held."""
@@ -45,6 +48,8 @@ class Beliefs:
         for percept in percepts:
             if percept.name not in held:
                 self.seen[percept.name] = percept
+                drawer = self._drawers.get(percept.place)
+                self._opened[percept.name] = self._world.container_position(drawer.name) if drawer else 0.0
 
     def forget(self, name: str) -> None:
         """An object is not where it was."""
@@ -67,21 +72,39 @@ class Beliefs:
     def surroundings(self) -> Hashable:
         """What the robot must drive around, to compare with: believed objects and open doors, to the centimetre."""
         objects = (
-            (name, *(round(value, 2) for value in (*percept.pose.position, *percept.pose.orientation)))
+            (name, *(round(value, 2) for value in (*self._now(percept).position, *percept.pose.orientation)))
             for name, percept in self.seen.items()
         )
         doors = (round(self._world.container_position(box.name), 2) for box in self._world.scene.containers)
         return frozenset(objects), tuple(doors)
 
-    def imagine(self, *, grasping: tuple[Arm, str] | None = None, empty: Arm | None = None) -> Imagination:
+    def _now(self, percept: Percept) -> Pose:
+        """Where an object must be now: what lies in a drawer moves with it."""
+        drawer = self._drawers.get(percept.place)
+        if drawer is None:
+            return percept.pose
+        moved = self._world.container_position(drawer.name) - self._opened[percept.name]
+        shift = moved / drawer.opened * np.array(self._world.scene.surface(drawer.name).shift)
+        x, y, z = (float(value) for value in percept.pose.position + shift)
+        return Pose((x, y, z), percept.pose.orientation)
+
+    def imagine(
+        self, *, grasping: tuple[Arm, str] | None = None, empty: Arm | None = None, without_content: str = ""
+    ) -> Imagination:
         """The kitchen as believed, the robot as it stands.
 
         Args:
             grasping: An arm, and an object to put into its gripper; set its pose with `set_in_hand`.
             empty: An arm that is imagined to hold nothing.
+            without_content: A drawer that is to be moved: what lies in it would stay behind.
         """
         carried = {arm: (held.percept.name, held.in_hand) for arm, held in self.held.items() if arm != empty}
-        poses = {name: percept.pose for name, percept in self.seen.items()}
+        moving = self._drawers.get(without_content)
+        poses = {
+            name: self._now(percept)
+            for name, percept in self.seen.items()
+            if moving is None or percept.place != moving.name
+        }
         if grasping is not None:
             carried[grasping[0]] = (grasping[1], _UNKNOWN)
             poses.pop(grasping[1], None)

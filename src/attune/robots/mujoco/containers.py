@@ -1,5 +1,8 @@
 """Opening and closing doors and drawers by their handles."""
 
+from contextlib import suppress
+from itertools import product
+
 import anyio
 import numpy as np
 
@@ -7,9 +10,9 @@ from attune.core.clock import Clock
 from attune.core.furniture import Container
 from attune.robots.interface import Arm, Collision, ContainerStuck, Unreachable
 from attune.robots.mujoco import pr2
-from attune.robots.mujoco.arcs import HANDLE_GAP, Arc, find_arcs, handle_ways
+from attune.robots.mujoco.arcs import HANDLE_GAP, ROOMS, Arc, find_arcs, handle_ways
 from attune.robots.mujoco.beliefs import Beliefs
-from attune.robots.mujoco.manipulation import Manipulation
+from attune.robots.mujoco.folding import Folding
 from attune.robots.mujoco.motions import Motions, together
 from attune.robots.mujoco.stepwise import results
 from attune.robots.mujoco.world import World
@@ -33,7 +36,7 @@ class Containers:
     Args:
         world: Measures the container's position and what the fingers grip.
         motions: Moves the arms.
-        manipulation: Folds them.
+        folding: Folds them.
         beliefs: The imagined worlds, and which arms are free.
         clock: For planning off the event loop.
         rng: For the searches.
@@ -43,14 +46,14 @@ class Containers:
         self,
         world: World,
         motions: Motions,
-        manipulation: Manipulation,
+        folding: Folding,
         beliefs: Beliefs,
         clock: Clock,
         rng: np.random.Generator,
     ) -> None:
         self._world = world
         self._motions = motions
-        self._manipulation = manipulation
+        self._folding = folding
         self._beliefs = beliefs
         self._clock = clock
         self._rng = rng
@@ -72,23 +75,38 @@ class Containers:
         arm = arc.arm
         start = self._world.container_position(container.name)
         self._world.permit(arm, (container.name,))
+        met: Collision | None = None
         try:
             await together(self._motions.fingers(arm, HANDLE_GAP), self._motions.bend(arm, arc.reach))
             await self._motions.bend(arm, arc.approach, _SLOW)
             await self._grip(arm, container)
+            self._motions.forget_way(arm)
             await self._motions.bend(arm, arc.swing, _SWING)
+            self._motions.forget_way(arm)
             await self._motions.fingers(arm, HANDLE_GAP)
             await self._motions.bend(arm, arc.retreat, _SLOW)
         except Collision as failure:
-            await self._manipulation.fold(arm)
-            raise failure
+            met = failure
+            await self._take_back(arm, arc)
         finally:
             self._world.permit(arm, ())
         # A door may go on by itself when it is let go, so the way back is planned now.
-        await self._manipulation.fold(arm)
+        await self._folding.fold(arm)
+        if met is not None:
+            raise ContainerStuck(container.name, str(met))
         moved = abs(self._world.container_position(container.name) - start)
         if moved < _OPEN_SHARE * abs(position - start):
             raise ContainerStuck(container.name, f"it moved {moved:.2f} of {abs(position - start):.2f}")
+
+    async def _take_back(self, arm: Arm, arc: Arc) -> None:
+        """After a collision on the handle's way: back to where it began, the hand on the handle, and let go there."""
+        if self._world.gripped_handle(arm) is None:
+            return
+        with suppress(Collision):
+            with self._motions.leaving_contacts():
+                await self._motions.bend(arm, self._motions.way_back(arm), _SWING)
+            await self._motions.fingers(arm, HANDLE_GAP)
+            await self._motions.bend(arm, arc.approach[::-1], _SLOW)
 
     async def _grip(self, arm: Arm, container: Container) -> None:
         """Close the fingers on the handle; shielded from cancellation for `_CLOSING` + `_GRIPPING` seconds at most."""
@@ -98,18 +116,17 @@ class Containers:
             await self._motions.wait_until(lambda: self._world.gripped_handle(arm) is not None, _GRIPPING)
         if self._world.gripped_handle(arm) != container.name:
             await self._motions.fingers(arm, HANDLE_GAP)
-            await self._manipulation.fold(arm)
+            await self._folding.fold(arm)
             raise ContainerStuck(container.name, "the handle was missed")
 
     async def _plan(self, container: Container, position: float) -> Arc:
         for arm in self._beliefs.free_arms:
-            await self._manipulation.fold(arm)
+            await self._folding.fold(arm)
         span = (self._world.container_position(container.name), position)
-        for arm in self._beliefs.free_arms:
-            world = self._beliefs.imagine()
-            world.ignore_handle(container.name)
+        for room, arm in product(ROOMS, self._beliefs.free_arms):
+            world = self._beliefs.imagine(without_content=container.name)
             ways = handle_ways(world, container.name, *span)
-            search = find_arcs(world, arm, container.name, ways, span, world.arm(arm), self._rng)
+            search = find_arcs(world, arm, container.name, ways, span, world.arm(arm), self._rng, room)
             async for arc in results(self._clock, search):
                 return arc
         raise Unreachable(f"the handle of {container.name}", "no way of moving it was found")

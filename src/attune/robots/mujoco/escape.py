@@ -1,9 +1,9 @@
-"""The first short move out of a place where the arm nearly touches something, after an action was broken off there."""
+"""First short moves out of a place where the robot touches something, after an action was broken off there."""
 
 import numpy as np
 from numpy.typing import NDArray
 
-from attune.robots.interface import Arm
+from attune.robots.interface import Arm, BasePose
 from attune.robots.mujoco.frames import Frame
 from attune.robots.mujoco.imagination import Imagination
 from attune.robots.mujoco.reaching import follow, straight
@@ -11,7 +11,12 @@ from attune.robots.mujoco.reaching import follow, straight
 Array = NDArray[np.float64]
 
 _LENGTHS = (0.04, 0.08, 0.12)
-"""Of the moves that are tried [m]."""
+"""Of the moves of the hand that are tried [m]."""
+_STEPS = (0.05, 0.1, 0.2, 0.35)
+"""Of the moves of the base that are tried [m]."""
+_HEADINGS = 12
+_TURNS = (0.0, 0.15, -0.15)
+"""Of the base meanwhile [rad]."""
 
 
 def escape_path(world: Imagination, arm: Arm) -> Array | None:
@@ -40,6 +45,32 @@ def escape_path(world: Imagination, arm: Arm) -> Array | None:
             if path is not None and _leads_out(world, arm, path, allowed):
                 return path
     return None
+
+
+def steps_away(world: Imagination, now: BasePose) -> Array | None:
+    """A short straight way of the base to where the robot touches nothing, shape (2, 3), or None.
+
+    What it nearly touches at the beginning it may touch on the way, but nothing else.
+    """
+    world.base = now
+    allowed = {pair[:2] for pair in world.contacts()}
+    for length in _STEPS:
+        for heading in np.arange(_HEADINGS) * 2 * np.pi / _HEADINGS + np.pi:  # Backwards first.
+            for turn in _TURNS:
+                aside = length * np.array([np.cos(now.yaw + heading), np.sin(now.yaw + heading), 0.0])
+                start = np.array([now.x, now.y, now.yaw])
+                line = np.linspace(start, start + aside + (0.0, 0.0, turn), 12)
+                if _base_leads_out(world, line, allowed):
+                    return line[[0, -1]]
+    return None
+
+
+def _base_leads_out(world: Imagination, line: Array, allowed: set[tuple[str, str]]) -> bool:
+    for x, y, yaw in line:
+        world.base = BasePose(float(x), float(y), float(yaw))
+        if not {pair[:2] for pair in world.contacts()} <= allowed:
+            return False
+    return world.free()
 
 
 def _leads_out(world: Imagination, arm: Arm, path: Array, allowed: set[tuple[str, str]]) -> bool:

@@ -45,6 +45,9 @@ class Imagination:
         qpos: The state of robot and furniture to start from.
         objects: Poses of all objects believed to be there, by name, without the carried ones.
         carried: The object in each gripper, with its pose in the tool frame.
+
+    Attributes:
+        checks: Collision checks made so far: the measure of a search's work.
     """
 
     def __init__(
@@ -58,6 +61,7 @@ class Imagination:
         self._carried = dict(carried)
         self._robot_root = self.model.body_rootid[self.model.body(pr2.PALM["right"]).id]
         self.kinematics = {arm: ArmKinematics(arm_geometry(arm)) for arm in ARMS}
+        self.checks = 0
         self._set_contacts()
         for index, name in enumerate(object_names(model)):
             if name in objects:
@@ -136,10 +140,17 @@ class Imagination:
         site = self.data.site(name)
         return Frame(site.xpos.copy(), site.xmat.reshape(3, 3).copy())
 
-    def ignore_handle(self, container: str) -> None:
-        """Let the hand touch a container's handle."""
-        geom = self.model.geom(handle_name(container)).id
-        self.model.geom_contype[geom] = self.model.geom_conaffinity[geom] = 0
+    def ignore_handle(self, container: str, *, ignored: bool = True) -> None:
+        """Let the hand touch a container's handle, or no longer."""
+        self.model.geom_contype[self.model.geom(handle_name(container)).id] = 0 if ignored else contact.FURNITURE
+
+    def widen_arm(self, arm: Arm, margin: float = MARGIN) -> None:
+        """Set how far an arm without its hand keeps from everything [m]; without a margin, the usual one."""
+        m = self.model
+        hand = m.body(pr2.PALM[arm]).id
+        links = (m.geom_contype == _ARM_BITS[arm]) & (m.geom_bodyid < hand)
+        links &= m.body_rootid[m.geom_bodyid] == self._robot_root
+        m.geom_margin[links] = margin
 
     def widen_carried(self, arm: Arm, margin: float = MARGIN / 2) -> None:
         """Set how far what an arm carries keeps from everything [m]; without a margin, the usual one."""
@@ -228,6 +239,18 @@ class Imagination:
         self._collide()
         return bool(self.data.ncon == 0)
 
+    def hand_free(self, arm: Arm) -> bool:
+        """Whether an arm's hand and what it carries touch neither furniture nor objects, wherever the robot stands."""
+        self._collide()
+        m = self.model
+        near = self.data.contact.dist < self.data.contact.includemargin
+        bodies = m.geom_bodyid[self.data.contact.geom[near]]
+        hand = [m.body(pr2.PALM[arm]).id, *(m.jnt_bodyid[m.joint(name).id] for name in pr2.FINGER_JOINTS[arm])]
+        if arm in self._carried:
+            hand.append(m.body(self._carried[arm][0]).id)
+        foreign = m.body_rootid[bodies] != self._robot_root
+        return not bool((np.isin(bodies, hand) & foreign[:, ::-1]).any())
+
     def all_free(self, arm: Arm, path: Array) -> bool:
         """Whether an arm can take all configurations of `path`, shape (n, 7). It keeps the last one tried."""
         for q in path:
@@ -261,6 +284,7 @@ class Imagination:
         return None
 
     def _collide(self) -> None:
+        self.checks += 1
         mujoco.mj_kinematics(self.model, self.data)
         mujoco.mj_comPos(self.model, self.data)
         mujoco.mj_collision(self.model, self.data)

@@ -1,4 +1,4 @@
-"""Picking up, putting down and folding the arms, as sequences of planned motions."""
+"""Picking up and putting down, as sequences of planned motions."""
 
 from collections.abc import Awaitable, Callable
 from dataclasses import replace
@@ -18,20 +18,16 @@ from attune.robots.interface import (
     Unreachable,
 )
 from attune.robots.mujoco import pr2
-from attune.robots.mujoco.arcs import HANDLE_GAP
 from attune.robots.mujoco.beliefs import Beliefs, Held
-from attune.robots.mujoco.carry import carrying_path, folding_path, is_carrying, is_folded
-from attune.robots.mujoco.escape import escape_path
+from attune.robots.mujoco.folding import Folding
 from attune.robots.mujoco.frames import Frame, frame_of, pose_of
-from attune.robots.mujoco.imagination import Imagination
 from attune.robots.mujoco.motions import Motions, together
 from attune.robots.mujoco.stepwise import results
-from attune.robots.mujoco.whole_motions import Pick, Place, find_picks, find_places, radius
+from attune.robots.mujoco.whole_motions import Pick, Place, find_picks, find_places
 from attune.robots.mujoco.world import World
 
 Array = NDArray[np.float64]
 
-_FOLD_TRIES = 3
 _SLOW = 0.5
 """Share of the usual speed near objects."""
 _CLOSING = 2.5
@@ -53,6 +49,7 @@ class Manipulation:
     Args:
         world: Measures what the fingers hold.
         motions: Moves the arms.
+        folding: Folds them before.
         beliefs: What is where; changed when something is grasped or released.
         clock: For planning off the event loop.
         look: Looks at a point and gives what is seen there.
@@ -63,6 +60,7 @@ class Manipulation:
         self,
         world: World,
         motions: Motions,
+        folding: Folding,
         beliefs: Beliefs,
         clock: Clock,
         look: Callable[[Point], Awaitable[tuple[Percept, ...]]],
@@ -70,15 +68,16 @@ class Manipulation:
     ) -> None:
         self._world = world
         self._motions = motions
+        self._folding = folding
         self._beliefs = beliefs
         self._clock = clock
         self._look = look
         self._rng = rng
-        self._graspable = (*world.object_names, *(box.name for box in world.scene.containers))
 
     async def pick(self, percept: Percept, arms: tuple[Arm, ...], pitch: float | None = None) -> Arm:
         """Grasp, lift and take to a posture for driving. See `Robot.pick`."""
-        await self._free_arms(arms)
+        for arm in arms:  # Plans start from a known, free posture.
+            await self._folding.fold(arm)
         chosen = await self._plan_pick(percept, arms, pitch)
         plan, arm = chosen.plan, chosen.plan.arm
         self._motions.forget_way(arm)
@@ -141,54 +140,6 @@ class Manipulation:
         await self._motions.bend(arm, chosen.fold)
         await self._verify(name, position)
 
-    async def fold(self, arm: Arm) -> None:
-        """Bring an arm to the posture for driving: folded, or carrying upright.
-
-        Raises:
-            Unreachable: No free path was found.
-        """
-        held = self._beliefs.held.get(arm)
-        if self._world.gripped_handle(arm) is not None:
-            await self._motions.fingers(arm, HANDLE_GAP)
-        world = self._beliefs.imagine()
-        if is_folded(world, arm) if held is None else is_carrying(world, arm):
-            return
-        carried = held.percept if held is not None else None
-        paths = await self._clock.run_in_thread(lambda: self._folding(world, arm, carried))
-        if paths is None and carried is None:
-            back = self._motions.way_back(arm)
-            if is_folded(world, arm, back[-1]):
-                paths = (back, back[-1:])
-        if paths is None:
-            raise Unreachable(f"the posture for driving of the {arm} arm", "no free path was found")
-        if carried is None:
-            self._world.permit(arm, self._graspable)
-        try:
-            await self._motions.bend(arm, paths[0], _SLOW)
-        finally:
-            self._world.permit(arm, ())
-        await self._motions.bend(arm, paths[1])
-        self._motions.forget_way(arm)
-
-    def _folding(self, world: Imagination, arm: Arm, carried: Percept | None) -> tuple[Array, Array] | None:
-        """A first short move into the open, and the path from there."""
-        out = escape_path(world, arm)
-        if out is None:
-            return None
-        for _ in range(_FOLD_TRIES):
-            if carried is None:
-                path = folding_path(world, arm, self._rng, out[-1])
-            else:
-                path = carrying_path(world, arm, out[-1], radius(carried), self._rng)
-            if path is not None:
-                return out, path
-        return None
-
-    async def _free_arms(self, arms: tuple[Arm, ...]) -> None:
-        """Fold the arms that may pick, so that plans start from a known, free posture."""
-        for arm in arms:
-            await self.fold(arm)
-
     async def _plan_pick(self, percept: Percept, arms: tuple[Arm, ...], pitch: float | None) -> Pick:
         for arm in arms:
             world = self._beliefs.imagine()
@@ -213,12 +164,14 @@ class Manipulation:
             await self._motions.wait_until(lambda: self._world.held(arm) is not None, _PRESSING)
             if self._world.held(arm) is not None:
                 self._beliefs.grasped(arm, percept, in_hand)
+                self._motions.forget_way(arm)
 
     async def _release(self, arm: Arm, placed: Frame) -> None:
         """Open the fingers; from the first moment of this on the object is free, cancelled or not."""
         held = self._beliefs.held[arm]
         self._beliefs.released(arm)
         self._beliefs.notice([_at(held.percept, placed)])
+        self._motions.forget_way(arm)
         await self._motions.fingers(arm, pr2.GRIPPER_OPEN)
 
     async def _verify(self, name: str, position: Point) -> None:

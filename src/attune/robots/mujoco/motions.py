@@ -1,6 +1,7 @@
 """The parts of the body as things to move: base, head, torso, arms, grippers."""
 
-from collections.abc import Callable, Coroutine, Sequence
+from collections.abc import Callable, Coroutine, Iterator, Sequence
+from contextlib import contextmanager
 from typing import Any
 
 import anyio
@@ -59,6 +60,8 @@ class Motions:
         self._world = world
         self._controller = controller
         self._trails: dict[Arm, Array] = {}
+        self.excused: frozenset[tuple[str, str]] = frozenset()
+        """Contacts, robot part and thing, that do not end motions now."""
 
     def positions(self, joints: Sequence[str]) -> Array:
         """Measured joint positions."""
@@ -72,6 +75,15 @@ class Motions:
     async def wait_until(self, condition: Callable[[], bool], within: float) -> bool:
         """Wait for a condition; False when it does not hold within that time [s]."""
         return await self._controller.until(condition, within)
+
+    @contextmanager
+    def leaving_contacts(self) -> Iterator[None]:
+        """Within this, what the robot touched at the beginning does not end its motions: they lead away from it."""
+        self.excused = frozenset(self._world.forbidden_contacts())
+        try:
+            yield
+        finally:
+            self.excused = frozenset()
 
     async def drive(self, trajectory: Trajectory) -> None:
         """Move the base."""

@@ -11,7 +11,7 @@ from numpy.typing import NDArray
 
 from attune.robots.interface import Arm, BasePose, Percept, Point
 from attune.robots.mujoco import pr2
-from attune.robots.mujoco.arcs import find_arcs, handle_ways
+from attune.robots.mujoco.arcs import ROOMS, find_arcs, handle_ways
 from attune.robots.mujoco.beliefs import Held
 from attune.robots.mujoco.carry import FOLDED
 from attune.robots.mujoco.costmap import Costmap, Footprint
@@ -74,10 +74,11 @@ def pick_poses(
     pitch: float | None = None,
 ) -> Iterator[BasePose | None]:
     """Base poses for picking an object up with one of the arms for which there are worlds."""
+    hopeless: set[bytes] = set()
 
     def prove(arm: Arm) -> bool:
         world, carrying = worlds[arm]
-        search = find_picks(world, carrying, percept, arm, FOLDED[arm], rng, _COMPLETIONS, pitch)
+        search = find_picks(world, carrying, percept, arm, FOLDED[arm], rng, _COMPLETIONS, pitch, hopeless)
         return any(plan is not None for plan in search)
 
     yield from _proven(worlds, costmap, body, percept.pose.position, prove, rng)
@@ -95,10 +96,11 @@ def place_poses(
     """Base poses for putting down what an arm holds."""
     world, carrying = worlds
     posture = carrying.arm(arm)
+    hopeless: set[bytes] = set()
 
     def prove(_: Arm) -> bool:
         carrying.set_arm(arm, posture)
-        search = find_places(world, carrying, held, arm, position, posture, rng, completions=_COMPLETIONS)
+        search = find_places(world, carrying, held, arm, position, posture, rng, _COMPLETIONS, hopeless)
         return any(plan is not None for plan in search)
 
     yield from _proven({arm: worlds}, costmap, body, position, prove, rng)
@@ -113,18 +115,23 @@ def handle_poses(
     rng: np.random.Generator,
 ) -> Iterator[BasePose | None]:
     """Base poses for moving a container from one position to another with one of the arms."""
-    for world in worlds.values():
-        world.ignore_handle(container)
     ways = handle_ways(next(iter(worlds.values())), container, *span)
     x, y, z = np.mean([ways[0][0].position, ways[0][-1].position], axis=0)
 
-    def prove(arm: Arm) -> bool:
-        search = find_arcs(worlds[arm], arm, container, ways, span, FOLDED[arm], rng)
-        return any(arc is not None for arc in search)
-
     pairs = {arm: (world, world) for arm, world in worlds.items()}
-    # Few poses let an arm go along the whole way of a handle, but most others are ruled out at once.
-    yield from _proven(pairs, costmap, body, (float(x), float(y), float(z)), prove, rng, 2 * _SAMPLES)
+    for room in ROOMS:
+
+        def prove(arm: Arm, room: float = room) -> bool:
+            search = find_arcs(worlds[arm], arm, container, ways, span, FOLDED[arm], rng, room)
+            return any(arc is not None for arc in search)
+
+        found = False
+        # Few poses let an arm go along the whole way of a handle, but most others are ruled out at once.
+        for pose in _proven(pairs, costmap, body, (float(x), float(y), float(z)), prove, rng, 2 * _SAMPLES):
+            found = found or pose is not None
+            yield pose
+        if found:
+            return
 
 
 def look_poses(

@@ -12,6 +12,8 @@ Array = NDArray[np.float64]
 
 STEP = 0.02
 """Between two poses of a straight motion of the hand [m]."""
+_TURN = 0.1
+"""Largest change of a joint between two points of a path, so that collision checks of the points are enough [rad]."""
 
 
 def stacked(torso: Frame, frames: Sequence[Frame]) -> tuple[Array, Array]:
@@ -60,7 +62,15 @@ def straight(start: Frame, end: Frame, step: float = STEP) -> list[Frame]:
 def follow(kinematics: ArmKinematics, torso: Frame, start: Array, frames: Sequence[Frame]) -> Array | None:
     """A joint path of the hand along poses, from configuration `start` at the first one; None where there is none."""
     position, orientation = stacked(torso, frames)
-    return kinematics.follow(start, position, orientation)
+    path = kinematics.follow(start, position, orientation)
+    return None if path is None else finer(path, _TURN)
+
+
+def finer(path: Array, step: float) -> Array:
+    """A polyline, shape (n, d), with points added so that no coordinate changes by more than `step` between two."""
+    counts = np.maximum(1.0, np.ceil(np.abs(np.diff(path, axis=0)).max(axis=1) / step))
+    at = np.interp(np.arange(counts.sum() + 1), np.concatenate(([0.0], np.cumsum(counts))), np.arange(len(path)))
+    return np.stack([np.interp(at, np.arange(len(path)), column) for column in path.T], axis=1)
 
 
 def comfort(kinematics: ArmKinematics, q: Array) -> Array:

@@ -36,6 +36,7 @@ from attune.robots.mujoco.containers import Containers
 from attune.robots.mujoco.controller import Controller
 from attune.robots.mujoco.costmap import Costmap, footprint
 from attune.robots.mujoco.driving import Driving, find_way
+from attune.robots.mujoco.folding import Folding
 from attune.robots.mujoco.imagination import Imagination
 from attune.robots.mujoco.manipulation import Manipulation
 from attune.robots.mujoco.motions import Motions
@@ -83,8 +84,11 @@ class MujocoRobot(Robot):
         self._motions = Motions(self.world, self._controller)
         self._beliefs = Beliefs(self.world)
         self._driving = Driving(self._motions, self._beliefs, clock)
-        self._manipulation = Manipulation(self.world, self._motions, self._beliefs, clock, self._look_for, self._rng)
-        self._containers = Containers(self.world, self._motions, self._manipulation, self._beliefs, clock, self._rng)
+        self._folding = Folding(self.world, self._motions, self._beliefs, clock, self._rng)
+        self._manipulation = Manipulation(
+            self.world, self._motions, self._folding, self._beliefs, clock, self._look_for, self._rng
+        )
+        self._containers = Containers(self.world, self._motions, self._folding, self._beliefs, clock, self._rng)
 
     # --- state --------------------------------------------------------------------------------------------------
 
@@ -127,7 +131,7 @@ class MujocoRobot(Robot):
         return self._controller.commanded_speed
 
     def _touched(self) -> RobotFailure | None:
-        contacts = self.world.forbidden_contacts()
+        contacts = [pair for pair in self.world.forbidden_contacts() if pair not in self._motions.excused]
         return Collision(*contacts[0]) if contacts else None
 
     # --- searching ----------------------------------------------------------------------------------------------
@@ -183,7 +187,7 @@ class MujocoRobot(Robot):
         goal = 0.0 if self._containers.is_open(box) else box.opened
         span = (self.world.container_position(box.name), goal)
         body = footprint(self._folded().body_solids())
-        worlds = {arm: self._folded() for arm in self._beliefs.free_arms}
+        worlds = {arm: self._folded(without_content=box.name) for arm in self._beliefs.free_arms}
         return handle_poses(worlds, costmap, body, box.name, span, rng) if worlds else None
 
     def _pitch_for(self, goal: Point | None) -> float | None:
@@ -195,9 +199,9 @@ class MujocoRobot(Robot):
             return 0.0
         return np.pi / 2 if np.isfinite(near.headroom) else None
 
-    def _folded(self) -> Imagination:
+    def _folded(self, without_content: str = "") -> Imagination:
         """The kitchen as believed, with the free arms folded, as they are before an arm action."""
-        world = self._beliefs.imagine()
+        world = self._beliefs.imagine(without_content=without_content)
         for arm in self._beliefs.free_arms:
             world.set_arm(arm, FOLDED[arm])
         return world
@@ -275,8 +279,7 @@ class MujocoRobot(Robot):
 
     async def park_arms(self) -> None:
         """Fold empty arms; bring carried objects, upright, close to the body and above the tables."""
-        for arm in ARMS:
-            await self._manipulation.fold(arm)
+        await self._folding.fold_all()
 
     async def move_torso(self, height: float) -> None:
         """Lift the torso to `height` [m] above its lowest position, as far as it goes."""

@@ -24,6 +24,10 @@ class Limits:
     velocity: Array
     acceleration: Array
 
+    def scaled(self, share: float) -> "Limits":
+        """A share of the speed, in as many times the time."""
+        return Limits(share * self.velocity, share * self.acceleration)
+
 
 class Trajectory:
     """A timed path of n joints, at rest at both ends.

@@ -15,7 +15,7 @@ from attune.robots.mujoco import pr2
 from attune.robots.mujoco.arm_paths import joint_path, upright_path
 from attune.robots.mujoco.beliefs import Held
 from attune.robots.mujoco.carry import carrying_path, folding_path
-from attune.robots.mujoco.frames import frame_of
+from attune.robots.mujoco.frames import Frame, frame_of
 from attune.robots.mujoco.grasps import grasps_for
 from attune.robots.mujoco.imagination import Imagination
 from attune.robots.mujoco.pick_place import (
@@ -82,6 +82,7 @@ def find_picks(
     rng: np.random.Generator,
     completions: int = 12,
     pitch: float | None = None,
+    hopeless: set[bytes] | None = None,
 ) -> Iterator[Pick | None]:
     """Ways to pick an object up from where the base stands.
 
@@ -94,14 +95,29 @@ def find_picks(
         rng: For the searches.
         completions: How many candidates of the straight part are tried to the end.
         pitch: How steeply the hand should come down, if that matters [rad].
+        hopeless: Hand poses that are not free, wherever the base stands; those that are found are added.
     """
+    hopeless = set() if hopeless is None else hopeless
     world.put(percept.name, frame_of(percept.pose))
-    grasps = grasps_for(percept, pitch)
     for lift in LIFTS:
-        for start in pick_starts(world, arm, grasps, lift)[:_STARTS]:
+        grasps = [grasp for grasp in grasps_for(percept, pitch) if _key(grasp.tool) not in hopeless]
+        tried = 0
+        for start in pick_starts(world, arm, grasps, lift):
+            key = _key(start.frames[0])
+            if key in hopeless:
+                continue
             world.aim_at(percept.name)
-            plan = finish_pick(world, carrying, percept, start)
+            world.set_gripper(arm, pr2.GRIPPER_OPEN)
+            world.set_arm(arm, start.keys[0])
+            if not world.hand_free(arm):
+                hopeless.add(key)
+                plan = None
+            else:
+                plan = finish_pick(world, carrying, percept, start)
             world.keep_clear(percept.name)
+            tried += 1
+            if tried == _STARTS:
+                break
             if plan is None:
                 continue
             yield _with_ways(world, carrying, percept, posture, plan, rng)
@@ -120,6 +136,7 @@ def find_places(
     posture: Array,
     rng: np.random.Generator,
     completions: int = 12,
+    hopeless: set[bytes] | None = None,
 ) -> Iterator[Place | None]:
     """Ways to put an object down from where the base stands.
 
@@ -132,10 +149,23 @@ def find_places(
         posture: The arm's configuration at the beginning.
         rng: For the searches.
         completions: How many candidates of the straight part are tried to the end.
+        hopeless: Hand poses that are not free, wherever the base stands; those that are found are added.
     """
-    carrying.set_arm(arm, posture)
+    hopeless = set() if hopeless is None else hopeless
     for lift in LIFTS:
-        for start in place_starts(carrying, arm, held.in_hand, held.upright, position, lift)[:_STARTS]:
+        carrying.set_arm(arm, posture)
+        tried = 0
+        for start in place_starts(carrying, arm, held.in_hand, held.upright, position, lift):
+            key = _key(start.frames[0])
+            if key in hopeless:
+                continue
+            tried += 1
+            if tried > _STARTS:
+                break
+            carrying.set_arm(arm, start.keys[0])
+            if not carrying.hand_free(arm):
+                hopeless.add(key)
+                continue
             world.aim_at(held.percept.name, rub=_RUB)
             plan = finish_place(world, carrying, held.in_hand, held.percept.name, start)
             world.keep_clear(held.percept.name)
@@ -146,6 +176,10 @@ def find_places(
             if completions <= 0:
                 return
         yield None
+
+
+def _key(hand: Frame) -> bytes:
+    return hand.position.tobytes() + hand.rotation.tobytes()
 
 
 def _with_ways(
