@@ -23,6 +23,9 @@ GRID = 0.06
 GAP = 0.05
 """Between the footprints of two objects, for the fingers [m]."""
 
+UPRIGHT = 0.94
+"""Least upward part of the axis of what stands."""
+
 
 @dataclass(frozen=True, slots=True)
 class Spot:
@@ -88,6 +91,14 @@ def is_delivered(scene: Scene, item: Individual, place: str) -> bool:
     return brought or item.surface == surfaces[0].name
 
 
+def stands(item: Individual) -> bool:
+    """Whether an object was seen upright, within about 20 degrees, when it was last seen."""
+    if item.percept is None:
+        return False
+    _, x, y, _ = item.percept.pose.orientation
+    return 1 - 2 * (x * x + y * y) > UPRIGHT
+
+
 def search_order(scene: Scene, belief: Belief, spec: ObjectSpec, excluded: Collection[str]) -> tuple[Surface, ...]:
     """The surfaces on which an object may be: where it is believed, where its like belongs, then all others."""
     believed = [item.surface for item in candidates(belief, spec, excluded)]
@@ -102,10 +113,19 @@ def search_order(scene: Scene, belief: Belief, spec: ObjectSpec, excluded: Colle
 
 
 def free_spots(scene: Scene, belief: Belief, place: str, item: Individual | None = None) -> Iterator[Spot]:
-    """Free spots for an object at a kind of place, nearest to the user first."""
+    """Free spots for an object at a kind of place, nearest to the user first.
+
+    After those that are free however things are turned come those where it may fit if it is turned well.
+    """
+    tight: list[Spot] = []
     for surface in delivery_surfaces(scene, place, item):
         near = sorted(_grid(surface, item), key=lambda point: math.dist(point[:2], scene.user))
-        yield from (Spot(surface, point) for point in near if _is_free(belief, surface, point, item))
+        for spot in (Spot(surface, point) for point in near):
+            if _is_free(belief, surface, spot.position, item):
+                yield spot
+            elif item is not None and is_clear(belief, spot, item):
+                tight.append(spot)
+    yield from tight
 
 
 def home_spots(scene: Scene, belief: Belief, item: Individual) -> Iterator[Spot]:

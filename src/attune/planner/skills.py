@@ -257,7 +257,13 @@ class Skills:
     # --- handling ----------------------------------------------------------------------------------------------
 
     def pick(self, item: Individual, arm: Arm | None, goal: Point | None) -> Part[None]:
-        """Open what it is in, drive there, look again, and take it so that it can be put at `goal`."""
+        """Open what it is in, drive there, look again, and take it so that it can be put at `goal`.
+
+        Args:
+            item: What.
+            arm: With which arm if possible; None for any.
+            goal: Where it will be put, map frame [m].
+        """
         percept = item.percept
         if percept is None:
             raise ObjectNotThere(item.name)
@@ -265,17 +271,26 @@ class Skills:
         place = surface.place if surface else ""
         container = surface.container if surface else ""
 
-        async def grasp(node: Node) -> None:
-            now = await node.do(self._look_at(item, percept))
-            with self._moving(arm=True):
-                used = await self.robot.pick(now, arm, goal)
-            self.belief.taken(item.name, used)
+        def take(wanted: Arm | None) -> Part[None]:
+            async def grasp(node: Node) -> None:
+                now = await node.do(self._look_at(item, percept))
+                with self._moving(arm=True):
+                    used = await self.robot.pick(now, wanted, goal)
+                self.belief.taken(item.name, used)
+
+            target = PickTarget(percept, goal, wanted)
+            name = f"take it with the {wanted} hand" if wanted else "take it"
+            return self.at_base_pose(name, target, Part("grasp", grasp), place, keep_open=container)
 
         async def body(node: Node) -> None:
             if surface and surface.container:
                 await node.do(self.open_for(surface))
-            target = PickTarget(percept, goal)
-            await node.do(self.at_base_pose("take it", target, Part("grasp", grasp), place, keep_open=container))
+            try:
+                await node.do(take(arm))
+            except Unreachable:
+                if arm is None:
+                    raise
+                await node.do(take(None))
 
         return Part(f"pick up {item.name}", body)
 

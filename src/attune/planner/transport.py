@@ -7,7 +7,7 @@ from attune.core.errors import AttuneError
 from attune.core.messages import ObjectSpec
 from attune.planner.agenda import Goal
 from attune.planner.belief import EXPECTED, Individual
-from attune.planner.designators import Spot, free_spots, home_spots, is_delivered, search_order, stopover
+from attune.planner.designators import Spot, free_spots, home_spots, is_delivered, search_order, stands, stopover
 from attune.planner.desk import Desk
 from attune.planner.plan import FAILURES, Node, Part, retry
 from attune.planner.recovery import NoSpace, NotFound, recoveries
@@ -61,6 +61,8 @@ class Transport:
                 item = self._item()
             if item is None or not item.held_by:
                 item = await node.do(self._search())
+                # What was not seen at first, or stands a little aside, may stand well all the same.
+                self._must_lift = self._must_lift and not stands(item)
                 if self._is_there(item) and not (self._must_lift or self._must_regrasp):
                     board.update(step="already_done")
                     self._desk.close(self._goal, item, "" if item.displaced else "already_there")

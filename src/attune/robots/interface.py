@@ -77,11 +77,13 @@ class Percept:
 class PickTarget:
     """Grasp this object where it was seen.
 
-    `goal` is where it will be put, if that is known: a hint for choosing a grasp with which it can be put there.
+    `goal` is where it will be put, if that is known: a hint for choosing a grasp with which it can be put there. `arm`
+    is the arm to be used, None for any free one.
     """
 
     percept: Percept
     goal: Point | None = None
+    arm: Arm | None = None
 
 
 @dataclass(frozen=True, slots=True)

@@ -35,6 +35,8 @@ _GIVE = 0.012
 _AWAY = 50.0
 """Where objects are that the robot does not know of [m]."""
 _ARM_BITS: Mapping[Arm, int] = {"right": contact.RIGHT_ARM, "left": contact.LEFT_ARM}
+_CARRIED_BITS: Mapping[Arm, int] = {"right": 32, "left": 64}
+"""With which what an arm carries meets the arm itself, the hand excepted."""
 
 
 class Imagination:
@@ -85,11 +87,13 @@ class Imagination:
         fingers = [m.jnt_bodyid[m.joint(joint).id] for arm in ARMS for joint in pr2.FINGER_JOINTS[arm]]
         m.geom_margin[np.isin(m.geom_bodyid, fingers)] = _FINGER_MARGIN
         meets = contact.FURNITURE | contact.OBJECT | contact.TRUNK
+        for arm in self._carried:
+            m.geom_conaffinity[self._links(arm)] |= _CARRIED_BITS[arm]
         for arm, (name, _) in self._carried.items():
             other = contact.LEFT_ARM if arm == "right" else contact.RIGHT_ARM
             for geom in np.flatnonzero(m.geom_bodyid == m.body(name).id):
                 if m.geom_contype[geom]:
-                    m.geom_contype[geom] = _ARM_BITS[arm]
+                    m.geom_contype[geom] = _ARM_BITS[arm] | _CARRIED_BITS[arm]
                     m.geom_conaffinity[geom] = meets | other
                     m.geom_margin[geom] = MARGIN / 2
         m.opt.disableflags |= mujoco.mjtDisableBit.mjDSBL_WARMSTART
@@ -98,6 +102,13 @@ class Imagination:
             if m.body_geomnum[body]:
                 m.body_contype[body] = np.bitwise_or.reduce(m.geom_contype[geoms])
                 m.body_conaffinity[body] = np.bitwise_or.reduce(m.geom_conaffinity[geoms])
+
+    def _links(self, arm: Arm) -> NDArray[np.bool_]:
+        """Which geoms belong to an arm without its hand."""
+        m = self.model
+        before_hand = m.geom_bodyid < m.body(pr2.PALM[arm]).id
+        own = m.body_rootid[m.geom_bodyid] == self._robot_root
+        return np.asarray((m.geom_contype == _ARM_BITS[arm]) & before_hand & own)
 
     @property
     def base(self) -> BasePose:
@@ -158,12 +169,12 @@ class Imagination:
         self.model.geom_margin[(self.model.geom_bodyid == body) & (self.model.geom_contype > 0)] = margin
 
     def let_brush(self, arm: Arm) -> None:
-        """If what an arm carries lies against the trunk now, let it: no path could begin there otherwise."""
+        """If what an arm carries lies against the robot now, let it: no path could begin there otherwise."""
         m, body = self.model, self.model.body(self._carried[arm][0]).id
         self._collide()
         pairs = self.data.contact.geom
-        carried, trunk = m.geom_bodyid[pairs] == body, m.geom_contype[pairs] == contact.TRUNK
-        if not (carried[:, 0] & trunk[:, 1] | carried[:, 1] & trunk[:, 0]).any():
+        carried, robot = m.geom_bodyid[pairs] == body, m.body_rootid[m.geom_bodyid[pairs]] == self._robot_root
+        if not (carried[:, 0] & robot[:, 1] | carried[:, 1] & robot[:, 0]).any():
             return
         # Without a type of its own it still meets what it is set to meet: furniture, objects and the other arm.
         geoms = (m.geom_bodyid == body) & (m.geom_contype > 0)
@@ -293,8 +304,8 @@ class Imagination:
         """Robot and carried objects in the base's frame."""
         mujoco.mj_kinematics(self.model, self.data)
         m, base = self.model, self.base
-        bits = (contact.TRUNK, *_ARM_BITS.values())
-        geoms = [g for g in range(m.ngeom) if m.geom_contype[g] in bits]
+        bits = contact.TRUNK | contact.RIGHT_ARM | contact.LEFT_ARM
+        geoms = [g for g in range(m.ngeom) if m.geom_contype[g] & bits]
         return solids(m, self.data, geoms, (base.x, base.y, base.yaw))
 
     def obstacle_solids(self) -> list[Solid]:

@@ -107,12 +107,11 @@ class Manipulation:
     async def _look_in_hand(self, arm: Arm) -> None:
         """See how the object lies in the hand: the fingers may have moved it when they closed."""
         held = self._beliefs.held[arm]
-        hand = self._beliefs.imagine().tool(arm)
-        at = hand @ held.in_hand
+        at = self._beliefs.imagine().carried_frame(arm)
         x, y, z = (float(v) for v in at.position)
         for seen in await self._look((x, y, z + held.percept.extent[2] / 2)):
             if seen.name == held.percept.name:
-                in_hand = hand.inverse() @ frame_of(seen.pose)
+                in_hand = self._beliefs.imagine().tool(arm).inverse() @ frame_of(seen.pose)
                 if np.linalg.norm(in_hand.position - held.in_hand.position) < _SHIFTED:
                     self._beliefs.grasped(arm, held.percept, in_hand)
 

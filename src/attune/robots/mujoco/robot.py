@@ -161,10 +161,11 @@ class MujocoRobot(Robot):
         """The search for a target's base poses; None when no arm is free for it, or the arm is empty."""
         rng = np.random.default_rng(int(self._rng.integers(2**31)))
         match target:
-            case PickTarget(percept, goal):
+            case PickTarget(percept, goal, wanted):
                 worlds = {
                     arm: (self._folded(), self._beliefs.imagine(grasping=(arm, percept.name)))
                     for arm in self._beliefs.free_arms
+                    if wanted in (arm, None)
                 }
                 body = footprint(self._folded().body_solids())
                 return pick_poses(worlds, costmap, body, percept, rng, self._pitch_for(goal)) if worlds else None
