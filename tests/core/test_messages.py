@@ -27,6 +27,8 @@ OTHERS: tuple[m.Message, ...] = (
     m.WorldState(time=3.0, objects=(m.BelievedObject(spec=CUP, place="counter", position=(1.0, 2.0, 0.9), seen=2.5),)),
     m.PlanTree(time=3.0, root=m.PlanNode(name="transport", children=(m.PlanNode(name="search", status="running"),))),
     m.Reply(time=4.0, text="Here is the cup.", supersedes=("reply-1",)),
+    m.Retraction(time=4.0, replies=("reply-1",)),
+    m.Manner(time=4.0, warn_before_movement=6.0),
     m.VoiceStatus(time=4.0, reply="reply-1", state="word", spoken="Here is"),
 )  # fmt: skip
 

@@ -4,6 +4,7 @@ from collections.abc import Awaitable, Callable, Sequence
 from dataclasses import dataclass, field, replace
 
 import anyio
+import pytest
 
 from attune.core import messages as m
 from attune.core.bus import (
@@ -11,6 +12,7 @@ from attune.core.bus import (
     EVENT,
     OUTCOME,
     REPLY,
+    RETRACTION,
     ROBOT_STATE,
     ROBOT_STOP,
     SPEECH_STOP,
@@ -303,6 +305,22 @@ def test_an_announcement_that_is_overtaken_is_taken_back_unless_it_was_spoken() 
     talk = converse(scenario)
     assert talk.replies[2].supersedes == (talk.replies[1].id,)
     assert talk.replies[3].supersedes == ()
+
+
+@pytest.mark.parametrize("band", ["older", "unknown"])
+def test_an_announcement_is_taken_back_when_its_step_is_over_even_if_nothing_new_is_said(band: m.Band) -> None:
+    retracted: list[m.Retraction] = []
+
+    async def scenario(talk: Talk) -> None:
+        talk.bus.on(RETRACTION, retracted.append)
+        await talk.say("bring me a spoon", band=band)
+        await talk.works_on(spec("spoon"), step="transporting_search")
+        await talk.works_on(spec("spoon"), step="paused")
+        await talk.works_on(spec("spoon"), step="paused", progress=0.5)
+
+    talk = converse(scenario)
+    assert talk.replies[-1].urgency == "background"
+    assert [message.replies for message in retracted] == [(talk.replies[-1].id,)]
 
 
 def test_wishes_win_over_age_at_once_and_stay() -> None:

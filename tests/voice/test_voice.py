@@ -9,11 +9,11 @@ import numpy as np
 import pytest
 from numpy.typing import NDArray
 
-from attune.core.bus import EVENT, REPLY, SPEECH_ACTIVITY, SPEECH_STOP, UTTERANCE, VOICE_STATUS, Bus
+from attune.core.bus import EVENT, REPLY, RETRACTION, SPEECH_ACTIVITY, SPEECH_STOP, UTTERANCE, VOICE_STATUS, Bus
 from attune.core.clock import VirtualClock, run
 from attune.core.config import VoiceConfig
 from attune.core.events import Event
-from attune.core.messages import Reply, SpeechActivity, StopSignal, Utterance, VoiceStatus
+from attune.core.messages import Reply, Retraction, SpeechActivity, StopSignal, Utterance, VoiceStatus
 from attune.voice.playback import OutputError
 from attune.voice.voice import Voice
 
@@ -132,6 +132,22 @@ def test_a_spotted_stop_silences_it_at_once_and_drops_what_was_to_come() -> None
     assert stage.last(first).time == pytest.approx(1.5, abs=0.03)
     assert stage.states(second) == ["dropped"]
     assert stage.states(after) == ["started", "finished"]
+
+
+def test_what_is_taken_back_is_not_spoken_but_a_sentence_that_was_begun_is_finished() -> None:
+    stage, replies = Stage(), []
+
+    async def script() -> None:
+        replies.extend([stage.say(LONG), stage.say("I am driving to the table.", urgency="background")])
+        await stage.clock.sleep(1)
+        ids = tuple(reply.id for reply in replies)
+        stage.bus.publish(RETRACTION, Retraction(time=stage.clock.now(), replies=ids))
+        await stage.clock.sleep(30)
+
+    stage.perform(script)
+    begun, waiting = replies
+    assert stage.states(begun) == ["started", "finished"]
+    assert stage.states(waiting) == ["dropped"]
 
 
 def test_an_urgent_reply_cuts_off_and_a_superseded_one_is_never_spoken() -> None:

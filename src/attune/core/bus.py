@@ -35,12 +35,14 @@ OBJECTS_IN_USE: Topic[m.ObjectsInUse] = Topic("robot/objects_in_use", m.ObjectsI
 PLAN: Topic[m.PlanTree] = Topic("robot/plan", m.PlanTree, latched=True)
 WORLD: Topic[m.WorldState] = Topic("world/objects", m.WorldState, latched=True)
 REPLY: Topic[m.Reply] = Topic("dialogue/reply", m.Reply)
+RETRACTION: Topic[m.Retraction] = Topic("dialogue/retraction", m.Retraction)
+MANNER: Topic[m.Manner] = Topic("dialogue/manner", m.Manner, latched=True)
 VOICE_STATUS: Topic[m.VoiceStatus] = Topic("voice/status", m.VoiceStatus)
 EVENT: Topic[Event] = Topic("session/event", Event)
 
 TOPICS: tuple[Topic[Any], ...] = (
     UTTERANCE, SPEECH_ACTIVITY, SPEECH_STOP, COMMAND, ROBOT_STOP, ROBOT_STATE, OUTCOME, OBJECTS_IN_USE, PLAN, WORLD,
-    REPLY, VOICE_STATUS, EVENT,
+    REPLY, RETRACTION, MANNER, VOICE_STATUS, EVENT,
 )  # fmt: skip
 
 

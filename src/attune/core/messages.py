@@ -384,6 +384,31 @@ class Reply(Message):
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
+class Retraction(Message):
+    """Announcements that are not true any more: they are not spoken, if they have not been begun yet.
+
+    Attributes:
+        replies: Their ids.
+    """
+
+    id: str = field(default_factory=lambda: new_id("retraction"))
+    replies: tuple[str, ...]
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class Manner(Message):
+    """How the robot shall behave towards the person, as far as it is not a matter of words.
+
+    Attributes:
+        warn_before_movement: Longest time that a movement waits until what was announced (replies of urgency
+            `background`) has been said [s]; 0: nothing waits.
+    """
+
+    id: str = field(default_factory=lambda: new_id("manner"))
+    warn_before_movement: float = 0.0
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
 class VoiceStatus(Message):
     """How far a reply has been spoken, so that the dialogue knows what was really said.
 
@@ -391,6 +416,11 @@ class VoiceStatus(Message):
         reply: Id of the reply.
         spoken: The text spoken so far.
     """
+
+    @property
+    def over(self) -> bool:
+        """Whether no more of the reply will be heard."""
+        return self.state in {"finished", "interrupted", "dropped"}
 
     id: str = field(default_factory=lambda: new_id("voice"))
     reply: str

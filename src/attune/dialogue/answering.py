@@ -1,11 +1,16 @@
 """Answers to remarks and questions: thanks, "what are you doing?", "where is my cup?", "say that again"."""
 
+from dataclasses import replace
+
 from attune.core.messages import ObjectSpec, RobotState
+from attune.dialogue.grammar.references import is_described_by
 from attune.dialogue.interpreter import Interpretation
 from attune.dialogue.situation import Situation
 from attune.dialogue.speaker import Speaker
-from attune.dialogue.wording import an_existing, called, listed, noun, number_word, sentence_case, where
+from attune.dialogue.wording import an_existing, called, counted, listed, number_word, sentence_case, the, where
 
+_TOLD = 3
+"""So many things are told one by one."""
 _RESTING = frozenset({"idle", "task_done", "already_done", "failed"})
 
 
@@ -58,14 +63,22 @@ class Answerer:
                 self._speaker.say("talk", "on_the_way", cause=cause, place=f"the {state.destination_location}")
             case "place":
                 self._speaker.say("talk", "somewhere", cause=cause)
-            case "object" | "stock" if spoken_of:
-                self._where(meaning, spoken_of[0], cause)
+            case "object" if spoken_of:
+                self._where(spoken_of[0], cause)
+            case "stock" if spoken_of:
+                self._stock(spoken_of[0], cause)
             case "duration" if state is not None and state.step not in _RESTING and len(state.queue) > 1:
                 self._progress(state, cause)
+            case "duration" if state is not None and state.step not in _RESTING:
+                self._speaker.say("talk", "duration", cause=cause, doing=self._doing(state))
             case "object" if state is not None and state.holding:
                 self._speaker.say("talk", "object_held", cause=cause, object=called(state.holding[0]))
+            case "object" | "stock":
+                self._speaker.say("ask", "which_object", cause=cause)
+            case _ if state is None or state.step in _RESTING:
+                self._speaker.say("talk", "idle", cause=cause)
             case _:
-                self._doing(state, cause)
+                self._speaker.say("doing", "as_it_is", cause=cause, repeated=self._doing(state))
 
     def _progress(self, state: RobotState, cause: str) -> None:
         done = sum(item.status == "delivered" for item in state.queue)
@@ -75,29 +88,45 @@ class Answerer:
         words = f"{number_word(done)} of {number_word(len(state.queue))}"
         self._speaker.say("talk", "progress", cause=cause, done=sentence_case(words), object=called(state.object))
 
-    def _doing(self, state: RobotState | None, cause: str) -> None:
-        if state is None or state.step in _RESTING:
-            self._speaker.say("talk", "idle", cause=cause)
-            return
+    def _doing(self, state: RobotState) -> str:
         step = state.step if self._speaker.knows("doing", state.step) else "other"
         place = f"the {state.destination_location or state.current_location or 'table'}"
-        self._speaker.say("doing", step, cause=cause, object=called(state.object), place=place)
+        return self._speaker.word("doing", step, object=called(state.object), place=place)
 
-    def _where(self, meaning: Interpretation, spec: ObjectSpec, cause: str) -> None:
+    def _where(self, spec: ObjectSpec, cause: str) -> None:
         held = self._situation.state.holding if self._situation.state else ()
-        if any(item.type == spec.type and (not spec.color or item.color == spec.color) for item in held):
+        if any(is_described_by(spec, replace(item, location="", name="")) for item in held):
             self._speaker.say("talk", "object_held", cause=cause, object=called(spec))
             return
-        known = [
-            item for item in self._situation.known
-            if item.type == spec.type and spec.color in {"", item.color} and spec.size in {"", item.size}
-        ]  # fmt: skip
-        if meaning.status == "stock":
-            names = listed([f"{an_existing(item)} {where(item.location)}" for item in known[:3]])
-            self._speaker.say("talk", "stock_yes" if known else "stock_no", cause=cause, objects=names)
-        elif known and known[0].location:
-            chosen = known[0]
-            name = noun(chosen if len(known) > 1 else spec)
-            self._speaker.say("talk", "object_at", cause=cause, object=f"the {name}", where=where(chosen.location))
-        else:
+        known = [item for item in self._known(spec) if item.location]
+        # "My cup" is first of all the one that the robot has just brought.
+        brought = [item for item in known if replace(item, location="", name="") in self._situation.in_use]
+        known = brought[-1:] or known
+        if not known:
             self._speaker.say("talk", "object_unknown", cause=cause)
+        elif len(known) == 1:
+            name = the(known[0] if brought else spec)
+            self._speaker.say("talk", "object_at", cause=cause, object=name, where=where(known[0].location))
+        else:
+            several = listed([f"{the(item)} is {where(item.location)}" for item in known[:_TOLD]])
+            self._speaker.say("talk", "objects_at", cause=cause, objects=several)
+
+    def _stock(self, spec: ObjectSpec, cause: str) -> None:
+        known = self._known(spec)
+        if not known:
+            self._speaker.say("talk", "stock_no", cause=cause)
+        elif len(known) == 1:
+            only = f"{an_existing(known[0])} {where(known[0].location)}"
+            self._speaker.say("talk", "stock_yes", cause=cause, objects=only)
+        else:
+            told = listed([f"{an_existing(item)} {where(item.location)}" for item in known[:_TOLD]])
+            count = counted(spec, len(known))
+            situation = "stock_some" if len(known) > _TOLD else "stock_all"
+            self._speaker.say("talk", situation, cause=cause, all=count, objects=told)
+
+    def _known(self, spec: ObjectSpec) -> list[ObjectSpec]:
+        """What fits, wherever it is; a place is asked for only where it was named."""
+        return [
+            item for item in self._situation.known
+            if is_described_by(replace(spec, location=""), item) and spec.location in {"", item.location}
+        ]  # fmt: skip

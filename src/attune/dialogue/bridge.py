@@ -7,9 +7,7 @@ from typing import Any
 import anyio
 
 from attune.core.bus import (
-    COMMAND,
     EVENT,
-    OUTCOME,
     REPLY,
     ROBOT_STATE,
     ROBOT_STOP,
@@ -27,7 +25,6 @@ from attune.core.events import Event, EventKind
 from attune.core.messages import (
     AgeGroup,
     Band,
-    CommandOutcome,
     RobotState,
     SpeechActivity,
     StopSignal,
@@ -36,12 +33,11 @@ from attune.core.messages import (
     years_of,
 )
 from attune.core.scene import Scene
-from attune.dialogue.answering import Answerer
 from attune.dialogue.commands import commands_for
 from attune.dialogue.corpus import scene_lexicon
 from attune.dialogue.filter import Filter
 from attune.dialogue.grammar.interpreter import GrammarInterpreter
-from attune.dialogue.grounding import Grounding, believed, ground
+from attune.dialogue.grounding import believed
 from attune.dialogue.interpreter import Interpretation, Interpreter
 from attune.dialogue.lexicon import load_lexicon
 from attune.dialogue.llm import LlmInterpreter, describe_style
@@ -51,15 +47,10 @@ from attune.dialogue.policies import load_policies
 from attune.dialogue.profiles import ProfileStore
 from attune.dialogue.repair import Repairer
 from attune.dialogue.replies import Phrasebook
-from attune.dialogue.situation import PendingQuestion, Situation
+from attune.dialogue.requests import Requests
+from attune.dialogue.situation import Situation
 from attune.dialogue.speaker import Speaker
 from attune.dialogue.stopper import Stopper
-from attune.dialogue.wording import called, choices, noun, the, things, where
-
-_CONFIRMED = frozenset({"setting_breakfast", "change_location", "carry_on", "dont_stop"})
-_ASKED_BACK = {"unclear": ("ask", "which_object"), "unknown_object": ("cannot", "unknown_object"),
-               "unknown_action": ("cannot", "unknown_action")}  # fmt: skip
-_SEVERAL = 2
 
 
 @dataclass(slots=True)
@@ -115,7 +106,7 @@ class DialogueBridge:
         """How the robot speaks to the person; its preferences can be set from a profile."""
         self._memory = Memory(profiles, self.speaker)
         self._narrator = Narrator(self.speaker)
-        self._answerer = Answerer(self.speaker, self._situation)
+        self._requests = Requests(bus, clock, self.speaker, self._situation, self._narrator, self._embedded)
         self._scene = scene
         self._older_from = years_of(older_from)
         self._fragment: _Fragment | None = None
@@ -123,14 +114,12 @@ class DialogueBridge:
         self._stopped: dict[str, bool] = {}
         self._stops = 0
         self._stops_before: dict[str, int] = {}
-        self._several: dict[str, bool] = {}
         self._group: anyio.abc.TaskGroup | None = None
 
     async def run(self) -> None:
         """Work until cancelled."""
         with (
             self._bus.subscribe(UTTERANCE) as utterances,
-            self._bus.subscribe(OUTCOME) as outcomes,
             self._bus.subscribe(ROBOT_STATE) as states,
         ):
             endings = [
@@ -147,7 +136,7 @@ class DialogueBridge:
                     self._group = group
                     group.start_soon(self._each, utterances, self._heard, name="utterances")
                     group.start_soon(self._each, states, self._state, name="states")
-                    group.start_soon(self._each, outcomes, self._outcome, name="outcomes")
+                    group.start_soon(self._requests.run, name="requests")
             finally:
                 self._group = None
                 for end in endings:
@@ -201,7 +190,7 @@ class DialogueBridge:
         self._memory.hear_age(utterance.age.band)
         if self._stopped.pop(utterance.id, False):
             self._take_fragment()
-            self._situation.pending = None
+            self._requests.drop()
             self._tell("understood", utterance, "stop", intent="stop")
             self.speaker.say("accept", "stop", cause=utterance.id, urgency="urgent")
             return
@@ -227,7 +216,7 @@ class DialogueBridge:
                 self._wait_for_more(utterance, decision.reason)
             case "ask":
                 self._tell("ignored", utterance, f"asked back: {decision.reason}", intent=meaning.intent)
-                self._ask_back(utterance, meaning)
+                self._requests.ask_back(utterance, meaning)
             case "act":
                 self._act(utterance, meaning)
 
@@ -266,133 +255,20 @@ class DialogueBridge:
     # --- acting ------------------------------------------------------------------------------------------------
 
     def _act(self, utterance: Utterance, meaning: Interpretation) -> None:
-        pending = self._situation.question(self._clock.now())
-        if pending is not None:
-            meaning = _completed(meaning, pending)
-            self._situation.pending = None
+        meaning = self._requests.answered(meaning)
         self._tell(
             "understood", utterance, meaning.reason, intent=meaning.intent, confidence=meaning.confidence,
             add=to_data_list(meaning.add), remove=to_data_list(meaning.remove), destination=meaning.destination,
         )  # fmt: skip
         match meaning.intent:
-            case "style":
-                self.speaker.preferences = self.speaker.preferences.wish(meaning.style)
-                self._memory.keep_wishes()
+            case "style" if not self.speaker.wish(meaning.style):
+                self.speaker.say("talk", "style_limit", cause=utterance.id, wish=meaning.style)
+                return
             case "stated_age":
                 self.speaker.preferences = replace(self.speaker.preferences, band=self._stated(meaning))
-                self._memory.keep_wishes()
-            case "bring_me" | "replace_object":
-                self._fetch(utterance, meaning)
-                return
-        if meaning.destination and meaning.destination not in self._situation.places:
-            self.speaker.say("cannot", "unknown_place", cause=utterance.id, place=meaning.destination)
-            return
-        meaning = self._situation.with_what_to_put_back(meaning, self._clock.now())
-        if not (meaning.intent == "put_back" and self._situation.is_returning(meaning.remove)):
-            self._publish(utterance, meaning)
-        last = self.speaker.last
-        if self.speaker.knows("accept", meaning.intent):
-            old = (
-                meaning.remove[0]
-                if meaning.remove
-                else next(iter(self._situation.context(self._clock.now()).recent), None)
-            )
-            self.speaker.say(
-                "accept", meaning.intent, cause=utterance.id,
-                urgency="urgent" if meaning.intent == "stop" else "normal", place=f"the {meaning.destination}",
-                old=called(old) if old else "it", thing=noun(old) if old else "thing", repeated=meaning.reply,
-            )  # fmt: skip
-        else:
-            self._answerer.answer(meaning, self._embedded.objects_in(utterance.text), last, utterance.id)
-
-    def _fetch(self, utterance: Utterance, meaning: Interpretation) -> None:
-        """Bring or replace, once it is clear which objects are meant."""
-        if meaning.destination and meaning.destination not in self._situation.places:
-            self.speaker.say("cannot", "unknown_place", cause=utterance.id, place=meaning.destination)
-            return
-        problem = self._problem(meaning)
-        if problem is None:
-            self._publish(utterance, meaning)
-            self._confirm(utterance, meaning)
-            return
-        index, found = problem
-        rest = _without(meaning, index)
-        if meaning.intent == "bring_me" and rest.add:
-            # What is clear is begun at once; only the rest is asked about.
-            self._publish(utterance, rest)
-        about = meaning if meaning.intent == "replace_object" else replace(meaning, add=(found.spec,), definite=(True,))
-        self._ask_about(utterance, about, index if meaning.intent == "replace_object" else 0, found)
-
-    def _problem(self, meaning: Interpretation) -> tuple[int, Grounding] | None:
-        """The first object that needs a question, and why."""
-        definite = (*meaning.definite, *(False for _ in meaning.add))
-        for index, spec in enumerate(meaning.add):
-            found = ground(spec, definite[index], self._situation.known, self._situation.places, self._situation.in_use)
-            if found.finding in {"absent", "elsewhere", "unknown_place"}:
-                return index, found
-            if found.finding == "ambiguous" and not self._embedded.is_mass(spec.type):
-                return index, found
-        return None
-
-    def _ask_about(self, utterance: Utterance, about: Interpretation, index: int, found: Grounding) -> None:
-        there = where(found.spec.location)
-        match found.finding:
-            case "ambiguous":
-                options = choices(found.options)
-                reply = self.speaker.say("ask", "which", cause=utterance.id, options=options, thing=found.spec.type)
-            case "unknown_place":
-                self.speaker.say("cannot", "unknown_place", cause=utterance.id, place=found.spec.location)
-                return
-            case "elsewhere":
-                nearest = f"{the(found.options[0])} from {self._situation.place_of(found.options[0])}"
-                reply = self.speaker.say(
-                    "ask", "elsewhere_offer", cause=utterance.id, object=noun(found.spec), where=there, nearest=nearest
-                )
-            case _:
-                reply = self.speaker.say(
-                    "ask", "absent_offer", cause=utterance.id, object=noun(found.spec), nearest=the(found.options[0])
-                )
-        self._situation.pending = PendingQuestion(reply.text, self._clock.now(), about, index)
-
-    def _publish(self, utterance: Utterance, meaning: Interpretation) -> None:
-        now = self._clock.now()
-        policy = self.speaker.policy
-        if meaning.intent == "bring_me" and not meaning.destination and policy.destination:
-            meaning = replace(meaning, destination=policy.destination)
-        context = self._situation.context(now)
-        for command in commands_for(meaning, context, now=now, cause=utterance.id, band=self._band(utterance)):
-            several = command.kind == "setting_breakfast" or len(meaning.add) >= _SEVERAL
-            self._several = {**dict(list(self._several.items())[-20:]), command.id: several}
-            self._bus.publish(COMMAND, command)
-
-    def _confirm(self, utterance: Utterance, meaning: Interpretation) -> None:
-        situation: str = meaning.intent
-        same_type = bool(meaning.remove and meaning.add) and meaning.remove[0].type == meaning.add[0].type
-        old = (the if same_type else called)(meaning.remove[0]) if meaning.remove else ""
-        if situation == "replace_object" and not old:
-            situation = "bring_me"
-        if situation == "bring_me" and meaning.destination:
-            situation = "bring_me_to"
-        to = f" to the {meaning.destination}" if meaning.destination else ""
-        self.speaker.say(
-            "accept",
-            situation,
-            cause=utterance.id,
-            objects=things(meaning.add, meaning.definite),
-            old=old,
-            to=to,
-            to_now=to,
-            repeated=meaning.reply,
-        )
-
-    def _ask_back(self, utterance: Utterance, meaning: Interpretation) -> None:
-        if meaning.suggestion:
-            reply = self.speaker.say("ask", "repair", cause=utterance.id, nearest=meaning.suggestion)
-            self._situation.pending = PendingQuestion(reply.text, self._clock.now())
-            return
-        group, situation = _ASKED_BACK.get(meaning.intent, ("ask", "again"))
-        unknown = f"“{meaning.unknown}”" if meaning.unknown else "that"
-        self.speaker.say(group, situation, cause=utterance.id, unknown=unknown, repeated=meaning.reply)
+        if meaning.intent in {"style", "stated_age"}:
+            self._memory.keep_wishes()
+        self._requests.act(utterance, meaning, self._band(utterance))
 
     # --- the robot ---------------------------------------------------------------------------------------------
 
@@ -402,12 +278,6 @@ class DialogueBridge:
     async def _state(self, state: RobotState) -> None:
         self._situation.state = state
         self._narrator.state(state)
-
-    async def _outcome(self, outcome: CommandOutcome) -> None:
-        self._situation.outcome(outcome)
-        question = self._narrator.outcome(outcome, several=self._several.get(outcome.command, False))
-        if question:
-            self._situation.pending = PendingQuestion(question, self._clock.now())
 
     def _stated(self, meaning: Interpretation) -> Band:
         """The band of the age that the person stated."""
@@ -428,28 +298,3 @@ class DialogueBridge:
 def to_data_list(specs: Any) -> list[dict[str, str]]:
     """Objects as plain data, without what is not given."""
     return [{key: value for key, value in to_data(spec).items() if value} for spec in specs]
-
-
-def _completed(meaning: Interpretation, pending: PendingQuestion) -> Interpretation:
-    """Put the answer to a question in its place in what was wanted before."""
-    about, index = pending.about, pending.index
-    if about is None or not meaning.answers or meaning.intent != "bring_me":
-        return meaning
-    definite = (*about.definite, *(False for _ in about.add))[: len(about.add)]
-    return replace(
-        about,
-        add=(*about.add[:index], *meaning.add, *about.add[index + 1 :]),
-        definite=(*definite[:index], *(True for _ in meaning.add), *definite[index + 1 :]),
-        destination=meaning.destination or about.destination,
-        reply=meaning.reply,
-        reason=meaning.reason,
-        confidence=meaning.confidence,
-    )
-
-
-def _without(meaning: Interpretation, index: int) -> Interpretation:
-    return replace(
-        meaning,
-        add=(*meaning.add[:index], *meaning.add[index + 1 :]),
-        definite=(*meaning.definite[:index], *meaning.definite[index + 1 :]),
-    )

@@ -66,6 +66,8 @@ class Memory:
             return "no_memory"
         if wish == "forget":
             self._consented = False
+            self._band = "unknown"
+            self._speaker.forget()
             return "forget" if self._store.erase(self._person) else "nothing_to_forget"
         self._store.consent(self._person)
         self._consented = True

@@ -5,7 +5,16 @@ from attune.dialogue.speaker import Speaker
 from attune.dialogue.wording import an, called, noun, the, where
 
 _DELIVERING = frozenset({"bring_me", "replace_object"})
-_FULL_STORY = frozenset({"drive", "reach", "open", "set_down"})
+_FULL_STORY = frozenset({"search_there", "drive", "shift", "reach", "arm", "set_down", "tidy"})
+"""Situations that are told only where everything is: each is a movement."""
+_WORKING = frozenset(
+    {"set_parameters", "transporting_search", "transporting_fetch", "transporting_deliver", "recovering"}
+)
+_INCLUDED = {
+    "search_there": ("drive",), "carry": ("drive", "arm"), "return": ("drive", "arm"),
+    "tidy": ("drive", "shift", "arm"),
+}  # fmt: skip
+"""What an announcement says besides, so that it is not said again in the same step."""
 
 
 class Narrator:
@@ -18,32 +27,39 @@ class Narrator:
     def __init__(self, speaker: Speaker) -> None:
         self._speaker = speaker
         self._last: RobotState | None = None
-        self._told: tuple[str, str, str] = ("", "", "")
+        self._told: set[str] = set()
         self._deferred: set[str] = set()
+        self._refused: tuple[str, str] = ("", "")
+        self._carried = ""
 
     def state(self, state: RobotState) -> None:
         """A new state of the robot: announce the step or movement that begins now."""
         last, self._last = self._last, state
-        if self._speaker.policy.announce == "results":
+        new_step = last is None or (last.step, str(last.object)) != (state.step, str(state.object))
+        elsewhere = last is None or last.destination_location != state.destination_location
+        if new_step or elsewhere:
+            self._told.clear()
+        announce = self._speaker.policy.announce
+        everything = announce == "everything"
+        situation = _what_begins(state, new_step=new_step, elsewhere=elsewhere, everything=everything)
+        if situation == "carry" and not everything:
+            # After a change of mind or a stop the same thing is carried on: that is no news.
+            carried, self._carried = self._carried, state.object.name
+            situation = "" if carried == state.object.name else situation
+        elif not state.holding:
+            self._carried = ""
+        wanted = situation and announce != "results" and situation not in self._told and (
+            everything or (situation not in _FULL_STORY and self._speaker.knows("announce", situation, exactly=True))
+        )  # fmt: skip
+        if not wanted:
+            if new_step or elsewhere:
+                self._speaker.take_back_announcements(state.id)
             return
-        situation = _what_begins(state, last)
-        if not situation or (situation in _FULL_STORY and self._speaker.policy.announce != "everything"):
-            return
-        if (
-            not self._speaker.knows("announce", situation, exactly=True)
-            and self._speaker.policy.announce != "everything"
-        ):
-            return
-        told = (situation, str(state.object), state.destination_location)
-        if told == self._told:
-            return
-        self._told = told
-        place = _at(state.destination_location or state.current_location)
-        if situation in {"drive", "carry", "open"} and not (state.destination_location or state.current_location):
-            return
+        self._told |= {situation, *_INCLUDED.get(situation, ())}
+        place = state.destination_location or state.current_location
         self._speaker.say(
-            "announce", situation, cause=state.id, urgency="background", object=_the_or_it(state.object), place=place,
-            where=where(state.destination_location or state.current_location),
+            "announce", situation, cause=state.id, urgency="background", object=_the_or_it(state.object),
+            place=_at(place), where=where(place),
         )  # fmt: skip
 
     def outcome(self, outcome: CommandOutcome, *, several: bool) -> str:
@@ -66,7 +82,7 @@ class Narrator:
             case "done":
                 self._done(outcome, several, slots)
             case "failed" | "refused":
-                return self._failed(outcome, slots)
+                return self._failed(outcome, several, slots)
             case "deferred":
                 if outcome.command not in self._deferred:
                     self._deferred.add(outcome.command)
@@ -84,6 +100,9 @@ class Narrator:
             return
         if several and self._speaker.policy.announce == "results":
             return
+        if outcome.reason == "already_there":
+            self._speaker.say("failed", "already_there", cause=outcome.id, object=slots["object"], where=slots["where"])
+            return
         kind = "bring_me" if outcome.kind == "setting_breakfast" else outcome.kind
         if not outcome.place and kind in _DELIVERING:
             kind = "everything"
@@ -93,7 +112,7 @@ class Narrator:
                 thing=slots["thing"],
             )  # fmt: skip
 
-    def _failed(self, outcome: CommandOutcome, slots: dict[str, str]) -> str:
+    def _failed(self, outcome: CommandOutcome, several: bool, slots: dict[str, str]) -> str:
         self._deferred.discard(outcome.command)
         if outcome.alternative is not None and outcome.reason in {
             "not_found",
@@ -112,7 +131,13 @@ class Narrator:
             # What failed was told object by object.
             self._speaker.say("failed", "incomplete", cause=outcome.id)
             return ""
-        situation = outcome.reason if self._speaker.knows("failed", outcome.reason) else "other"
+        names = (f"{outcome.reason}_{outcome.kind}", outcome.reason)
+        situation = next((name for name in names if self._speaker.knows("failed", name)), "other")
+        if several and situation == "nothing_to_do":
+            situation = "no_more"
+        if (outcome.command, situation) == self._refused and (not outcome.object.type or situation != outcome.reason):
+            return ""
+        self._refused = (outcome.command, situation)
         if outcome.reason == "not_found" and outcome.object.type:
             slots["object"] = an(outcome.object) if outcome.status == "refused" else slots["object"]
         if outcome.reason == "unknown_place":
@@ -124,27 +149,33 @@ class Narrator:
         return ""
 
 
-def _what_begins(state: RobotState, last: RobotState | None) -> str:
+def _what_begins(state: RobotState, *, new_step: bool, elsewhere: bool, everything: bool) -> str:
     """Which step or movement begins with this state, or ""."""
-    new_step = last is None or last.step != state.step or str(last.object) != str(state.object)
-    moves_base = state.move_base and (
-        last is None or not last.move_base or last.destination_location != state.destination_location or new_step
-    )
-    moves_arm = state.move_arm and (last is None or not last.move_arm or new_step)
     match state.step:
-        case "transporting_search":
-            return "search" if new_step else "drive" if moves_base else "open" if moves_arm else ""
-        case "transporting_fetch":
-            return "drive" if moves_base else "reach" if moves_arm else ""
-        case "transporting_deliver":
-            there = state.current_location == state.destination_location
-            if _is_returned(state) and (moves_base or new_step):
-                return "return"
-            return "carry" if moves_base or new_step else "set_down" if moves_arm and there else ""
-        case "recovering":
-            return "recovering" if new_step else ""
-        case _:
-            return ""
+        case "transporting_search" if _is_returned(state):
+            return _what_moves(state) if everything else ""
+        case "transporting_search" if new_step or (elsewhere and everything):
+            drives = everything and state.destination_location not in {"", state.current_location}
+            return "search_there" if drives else "search"
+        case "transporting_deliver" if new_step:
+            return "return" if _is_returned(state) else "carry"
+        case "recovering" if new_step:
+            return "recovering"
+    return _what_moves(state)
+
+
+def _what_moves(state: RobotState) -> str:
+    """Which movement begins with this state, or ""."""
+    if not (state.move_arm or state.move_base):
+        return ""
+    if state.step not in _WORKING:
+        return "tidy"
+    there = state.current_location == state.destination_location
+    if state.move_base:
+        return "shift" if there else "drive" if state.destination_location else ""
+    return (
+        {"transporting_fetch": "reach", "transporting_deliver": "set_down"}.get(state.step, "arm") if there else "arm"
+    )
 
 
 def _is_returned(state: RobotState) -> bool:

@@ -38,6 +38,7 @@ class Policy(_Strict):
     rate: int = Field(ge=60, le=400)
     loudness: float = Field(ge=0, le=1)
     destination: str = ""
+    warn_before_movement: float = Field(ge=0, le=15)
 
 
 class _Wishes(_Strict):

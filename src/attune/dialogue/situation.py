@@ -22,14 +22,16 @@ class PendingQuestion:
     Attributes:
         text: The question as it was spoken.
         asked: When [s].
-        about: What the person wanted, to be completed by the answer; None for an offer.
+        about: What the person wanted, to be completed by the answer; None if nothing is.
         index: Which of its objects the question is about.
+        options: The objects that it offers, with all that is known of them.
     """
 
     text: str
     asked: float
     about: Interpretation | None = None
     index: int = 0
+    options: tuple[ObjectSpec, ...] = ()
 
 
 class Situation:
@@ -120,3 +122,37 @@ class Situation:
 
 def _plain(spec: ObjectSpec) -> ObjectSpec:
     return replace(spec, location="", name="")
+
+
+def completed(meaning: Interpretation, pending: PendingQuestion) -> Interpretation:
+    """Put the answer to a question in its place in what was wanted before; any other meaning stays as it is."""
+    about, index = pending.about, pending.index
+    if about is None or not meaning.answers or meaning.intent != "bring_me":
+        return meaning
+    definite = (*about.definite, *(False for _ in about.add))[: len(about.add)]
+    return replace(
+        about,
+        add=(
+            *about.add[:index],
+            *(_as_offered(spec, pending.options) for spec in meaning.add),
+            *about.add[index + 1 :],
+        ),
+        definite=(*definite[:index], *(True for _ in meaning.add), *definite[index + 1 :]),
+        destination=meaning.destination or about.destination,
+        reply=meaning.reply,
+        reason=meaning.reason,
+        confidence=meaning.confidence,
+    )
+
+
+def _as_offered(spec: ObjectSpec, options: Sequence[ObjectSpec]) -> ObjectSpec:
+    """The option that an answer chose, with what the question had no need to say: the small one is red, too."""
+    fitting = [option for option in options if is_described_by(replace(spec, location=""), option)]
+    # Of the red and the small red cup, "the red one" is the first: nobody calls a size normal.
+    exact = [option for option in fitting if _size(option) == _size(spec)]
+    chosen = exact if len(exact) == 1 else fitting
+    return replace(chosen[0], location=spec.location, name="") if len(chosen) == 1 else spec
+
+
+def _size(spec: ObjectSpec) -> str:
+    return "" if spec.size == "normal" else spec.size

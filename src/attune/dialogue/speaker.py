@@ -1,14 +1,14 @@
 """Says things in the person's style, and takes back what is overtaken before it was spoken."""
 
-from attune.core.bus import REPLY, Bus
+from attune.core.bus import MANNER, REPLY, RETRACTION, Bus
 from attune.core.clock import Clock
-from attune.core.messages import Band, Reply, Urgency, VoiceStatus
+from attune.core.messages import Band, Manner, Reply, Retraction, Urgency, VoiceStatus
+from attune.dialogue.interpreter import StyleWish
 from attune.dialogue.policies import Policies, Policy, Preferences
 from attune.dialogue.replies import Phrasebook
 
 _KEPT = 8
-_ONE_BREATH = 0.1
-"""Announcements that come within this time of each other belong together [s]."""
+_BY_DEGREES: frozenset[StyleWish] = frozenset({"slower", "faster", "louder", "quieter"})
 
 
 class Speaker:
@@ -26,10 +26,21 @@ class Speaker:
         self._clock = clock
         self._policies = policies
         self._phrasebook = phrasebook
-        self.preferences = Preferences()
+        self._preferences = Preferences()
         self._estimated: Band = "unknown"
-        self._unspoken: dict[str, tuple[Urgency, float]] = {}
+        self._unspoken: dict[str, Urgency] = {}
         self.last = ""
+        self._tell_manner()
+
+    @property
+    def preferences(self) -> Preferences:
+        """What the person has wished for."""
+        return self._preferences
+
+    @preferences.setter
+    def preferences(self, preferences: Preferences) -> None:
+        self._preferences = preferences
+        self._tell_manner()
 
     @property
     def band(self) -> Band:
@@ -41,10 +52,26 @@ class Speaker:
         """How to talk to this person now."""
         return self.preferences.applied(self._policies, self._estimated)
 
+    def wish(self, wish: StyleWish) -> bool:
+        """Follow a wish from now on. Returns False if it cannot be done any more than it is already."""
+        before = self.policy
+        wished = self._preferences.wish(wish)
+        after = wished.applied(self._policies, self._estimated)
+        if wish in _BY_DEGREES and (before.rate, before.loudness) == (after.rate, after.loudness):
+            return False
+        self.preferences = wished
+        return True
+
+    def forget(self) -> None:
+        """Speak as to somebody of whom nothing is known."""
+        self._estimated = "unknown"
+        self.preferences = Preferences()
+
     def hear_age(self, band: Band) -> None:
         """Somebody of this age band spoke. An unknown band changes nothing, so that the style does not flip."""
         if band != "unknown":
             self._estimated = band
+            self._tell_manner()
 
     def say(
         self,
@@ -71,12 +98,9 @@ class Speaker:
         policy = self.policy
         text = repeated or self._phrasebook.say(group, situation, policy.wording, **slots)
         now = self._clock.now()
-        # The next step and its first movement come in one breath: the second does not take back the first.
-        together = now - _ONE_BREATH if urgency == "background" else now
         overtaken = tuple(
-            id_ for id_, (waiting, said) in self._unspoken.items()
-            if (waiting == "background" and said <= together) or urgency == "urgent"
-        )  # fmt: skip
+            id_ for id_, waiting in self._unspoken.items() if waiting == "background" or urgency == "urgent"
+        )
         reply = Reply(
             time=now,
             cause=cause,
@@ -89,12 +113,28 @@ class Speaker:
         )
         for id_ in overtaken:
             del self._unspoken[id_]
-        self._unspoken[reply.id] = (urgency, now)
+        self._unspoken[reply.id] = urgency
         while len(self._unspoken) > _KEPT:
             del self._unspoken[next(iter(self._unspoken))]
         self.last = text
         self._bus.publish(REPLY, reply)
         return reply
+
+    def word(self, group: str, situation: str, **slots: str) -> str:
+        """The sentence for a situation, to be said as part of another."""
+        return self._phrasebook.say(group, situation, self.policy.wording, **slots)
+
+    def take_back_announcements(self, cause: str) -> None:
+        """What was announced is not true any more: it is not spoken, if it has not been begun.
+
+        Args:
+            cause: Id of the message that overtook it.
+        """
+        overtaken = tuple(id_ for id_, waiting in self._unspoken.items() if waiting == "background")
+        for id_ in overtaken:
+            del self._unspoken[id_]
+        if overtaken:
+            self._bus.publish(RETRACTION, Retraction(time=self._clock.now(), cause=cause, replies=overtaken))
 
     def knows(self, group: str, situation: str, *, exactly: bool = False) -> bool:
         """Whether there is a sentence for this (in the very wording of the policy)."""
@@ -104,3 +144,9 @@ class Speaker:
         """Follow what the voice has said."""
         if status.state != "word":
             self._unspoken.pop(status.reply, None)
+
+    def _tell_manner(self) -> None:
+        longest = self.policy.warn_before_movement if self.policy.announce == "everything" else 0.0
+        known = self._bus.latest(MANNER)
+        if known is None or known.warn_before_movement != longest:
+            self._bus.publish(MANNER, Manner(time=self._clock.now(), warn_before_movement=longest))

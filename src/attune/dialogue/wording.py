@@ -58,6 +58,12 @@ def things(specs: Sequence[ObjectSpec], definite: Sequence[bool] = ()) -> str:
     return listed(words)
 
 
+def counted(spec: ObjectSpec, count: int) -> str:
+    """`four cups`, `two red cups`, `two of milk`."""
+    number = number_word(count)
+    return f"{number} of {noun(spec)}" if spec.type in _MASS else f"{number} {_plural(noun(spec))}"
+
+
 def choices(specs: Sequence[ObjectSpec]) -> str:
     """`the red cup or the blue one`: only what tells them apart."""
     words: list[str] = []

@@ -1,9 +1,9 @@
 """What the robot can do, as parts of a plan that publish the state before anything moves."""
 
 import math
-from collections.abc import Callable, Iterator
+from collections.abc import AsyncIterator, Callable
 from collections.abc import Set as AbstractSet
-from contextlib import contextmanager
+from contextlib import asynccontextmanager
 from typing import Literal, TypeVar
 
 from attune.core.clock import Clock
@@ -69,7 +69,7 @@ class Skills:
         """Park the arms and drive; what is held is watched on the way."""
 
         async def navigate(_: Node) -> None:
-            with self._moving(base=True):
+            async with self._moving(base=True):
                 await self.robot.navigate(goal)
             self.board.note(current_location=place)
 
@@ -154,7 +154,7 @@ class Skills:
         """Bring the arms to where they are out of the way."""
 
         async def body(_: Node) -> None:
-            with self._moving(arm=True):
+            async with self._moving(arm=True):
                 await self.robot.park_arms()
             self.parked = True
 
@@ -190,10 +190,13 @@ class Skills:
         place = next((surface.place for surface in self.scene.surfaces if surface.container == container), "")
 
         async def turn(_: Node) -> None:
-            with self._moving(arm=True):
-                await (self.robot.open if verb == "open" else self.robot.close)(container)
+            await (self.robot.open if verb == "open" else self.robot.close)(container)
 
-        act = Part(f"{verb} {container}", turn, atomic=True)
+        async def body(node: Node) -> None:
+            async with self._moving(arm=True):  # A warning is no part of what must not be interrupted.
+                await node.do(Part(f"{verb} {container}", turn, atomic=True))
+
+        act = Part("move the door", body)
         keep_open = container if verb == "open" else None
         return self.at_base_pose(f"{verb} the {place}", OpenTarget(container), act, place, keep_open=keep_open)
 
@@ -274,7 +277,7 @@ class Skills:
         def take(wanted: Arm | None) -> Part[None]:
             async def grasp(node: Node) -> None:
                 now = await node.do(self._look_at(item, percept))
-                with self._moving(arm=True):
+                async with self._moving(arm=True):
                     used = await self.robot.pick(now, wanted, goal)
                 self.belief.taken(item.name, used)
 
@@ -305,7 +308,7 @@ class Skills:
             if not is_clear(self.belief, spot, item):
                 raise Unreachable("the spot", "something stands there")
             self.placing = spot
-            with self._moving(arm=True):
+            async with self._moving(arm=True):
                 await self.robot.place(arm, spot.position)
             self.belief.put(item.name, surface.name, spot.position)
 
@@ -335,11 +338,12 @@ class Skills:
 
         return monitor(name, part, lambda: gone() is None, lost, self.clock)
 
-    @contextmanager
-    def _moving(self, *, arm: bool = False, base: bool = False) -> Iterator[None]:
-        self.parked = self.parked and not arm
-        self.board.update(move_arm=arm, move_base=base)
+    @asynccontextmanager
+    async def _moving(self, *, arm: bool = False, base: bool = False) -> AsyncIterator[None]:
+        """Tell of a movement before it begins, and when it has ended."""
         try:
+            await self.board.before_moving(move_arm=arm, move_base=base)
+            self.parked = self.parked and not arm
             yield
         finally:
             self.board.note(move_arm=False, move_base=False)

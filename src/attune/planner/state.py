@@ -8,6 +8,7 @@ from attune.core.clock import Clock
 from attune.core.messages import ObjectsInUse, ObjectSpec, QueuedTask, RobotState, Step
 from attune.planner.agenda import Agenda, Delivery, Goal
 from attune.planner.belief import Belief
+from attune.planner.forewarning import Forewarning
 
 
 class StateBoard:
@@ -16,6 +17,7 @@ class StateBoard:
     def __init__(self, bus: Bus, clock: Clock) -> None:
         self._bus = bus
         self._clock = clock
+        self._forewarning = Forewarning(bus, clock)
         self._state = RobotState(time=clock.now())
         self._halted_step: Step | None = None
         self._published: RobotState | None = None
@@ -34,6 +36,11 @@ class StateBoard:
     def note(self, **changes: Any) -> None:
         """Change fields of the state, to be published together with the next change that follows at once."""
         self._state = replace(self._state, **changes)
+
+    async def before_moving(self, **changes: Any) -> None:
+        """Change fields of the state, and wait until the person has been warned, if they want that."""
+        self.update(**changes)
+        await self._forewarning.given()
 
     def halted(self, step: Step | None) -> None:
         """The robot stands still as `paused` or `stopped`, or (None) does not any more."""

@@ -7,12 +7,12 @@ from typing import Literal
 
 import anyio
 
-from attune.core.bus import EVENT, REPLY, SPEECH_ACTIVITY, SPEECH_STOP, UTTERANCE, VOICE_STATUS, Bus
+from attune.core.bus import EVENT, REPLY, RETRACTION, SPEECH_ACTIVITY, SPEECH_STOP, UTTERANCE, VOICE_STATUS, Bus
 from attune.core.clock import Clock
 from attune.core.config import VoiceConfig
 from attune.core.errors import AttuneError
 from attune.core.events import Event
-from attune.core.messages import Reply, SpeechActivity, StopSignal, Utterance, VoiceStatus
+from attune.core.messages import Reply, Retraction, SpeechActivity, StopSignal, Utterance, VoiceStatus
 from attune.voice.playback import FileOutput, NoOutput, Output, PlaybackHook, Player, SpeakerOutput
 from attune.voice.synthesis import Speech, Synthesis, Synthesiser
 
@@ -56,7 +56,7 @@ class Voice:
         self._output = output
         self._synthesiser = _synthesiser(config)
         self._waiting: list[Reply] = []
-        self._superseded: set[str] = set()
+        self._superseded = False
         self._speaking: Reply | None = None
         self._scope = anyio.CancelScope()
         self._changed = anyio.Event()
@@ -73,6 +73,7 @@ class Voice:
         self._player = Player(self._clock, output, self._on_playback)
         forget = [
             self._bus.on(REPLY, self._take),
+            self._bus.on(RETRACTION, self._retract),
             self._bus.on(SPEECH_ACTIVITY, self._person_speaks),
             self._bus.on(SPEECH_STOP, self._stop),
             self._bus.on(UTTERANCE, self._person_has_finished),
@@ -97,11 +98,9 @@ class Voice:
         return NoOutput()
 
     def _take(self, reply: Reply) -> None:
-        overtaken = [r for r in self._waiting if r.id in reply.supersedes or r.urgency == "background"]
-        for old in overtaken:
-            self._waiting.remove(old)
-            self._tell(old, "dropped", "")
-        self._superseded.update(reply.supersedes)
+        self._drop({*reply.supersedes, *(r.id for r in self._waiting if r.urgency == "background")})
+        if self._speaking and self._speaking.id in reply.supersedes:
+            self._superseded = True
         if reply.urgency == "urgent":
             urgent = sum(r.urgency == "urgent" for r in self._waiting)
             self._waiting.insert(urgent, reply)
@@ -110,6 +109,14 @@ class Voice:
         else:
             self._waiting.append(reply)
         self._changed.set()
+
+    def _retract(self, retraction: Retraction) -> None:
+        self._drop(set(retraction.replies))
+
+    def _drop(self, ids: set[str]) -> None:
+        for old in [r for r in self._waiting if r.id in ids]:
+            self._waiting.remove(old)
+            self._tell(old, "dropped", "")
 
     def _person_speaks(self, activity: SpeechActivity) -> None:
         if not activity.speaking:
@@ -167,7 +174,7 @@ class Voice:
                 self._tell(reply, "started", "")
                 before = ""
                 for text in filter(None, _SENTENCE_END.split(reply.text.strip())):
-                    if reply.id in self._superseded:
+                    if self._superseded:
                         break
                     sentence = await self._synthesise(text, reply)
                     words = 0
@@ -177,7 +184,7 @@ class Voice:
                     finished = True
         finally:
             self._speaking = None
-            self._superseded.discard(reply.id)
+            self._superseded = False
             self._tell(reply, "finished" if finished else "interrupted", spoken)
 
     async def _synthesise(self, text: str, reply: Reply) -> Speech:
