@@ -7,9 +7,9 @@ from attune.dialogue.grammar.references import is_described_by
 from attune.dialogue.interpreter import Interpretation
 from attune.dialogue.situation import Situation
 from attune.dialogue.speaker import Speaker
-from attune.dialogue.wording import an_existing, called, counted, listed, number_word, sentence_case, the, where
+from attune.dialogue.wording import an_existing, called, counted, number_word, placed, sentence_case, the, where
 
-_TOLD = 3
+_TOLD = 4
 """So many things are told one by one."""
 _RESTING = frozenset({"idle", "task_done", "already_done", "failed"})
 
@@ -76,7 +76,9 @@ class Answerer:
             case "object" | "stock":
                 self._speaker.say("ask", "which_object", cause=cause)
             case _ if state is None or state.step in _RESTING:
-                self._speaker.say("talk", "idle", cause=cause)
+                asked = self._situation.pending
+                situation = "waiting_for_answer" if asked else "idle"
+                self._speaker.say("talk", situation, cause=cause, question=asked.text if asked else "")
             case _:
                 self._speaker.say("doing", "as_it_is", cause=cause, repeated=self._doing(state))
 
@@ -108,8 +110,7 @@ class Answerer:
             name = the(known[0] if brought else spec)
             self._speaker.say("talk", "object_at", cause=cause, object=name, where=where(known[0].location))
         else:
-            several = listed([f"{the(item)} is {where(item.location)}" for item in known[:_TOLD]])
-            self._speaker.say("talk", "objects_at", cause=cause, objects=several)
+            self._speaker.say("talk", "objects_at", cause=cause, objects=placed(known[:_TOLD], the, verb=True))
 
     def _stock(self, spec: ObjectSpec, cause: str) -> None:
         known = self._known(spec)
@@ -119,7 +120,7 @@ class Answerer:
             only = f"{an_existing(known[0])} {where(known[0].location)}"
             self._speaker.say("talk", "stock_yes", cause=cause, objects=only)
         else:
-            told = listed([f"{an_existing(item)} {where(item.location)}" for item in known[:_TOLD]])
+            told = placed(known[:_TOLD], an_existing)
             count = counted(spec, len(known))
             situation = "stock_some" if len(known) > _TOLD else "stock_all"
             self._speaker.say("talk", situation, cause=cause, all=count, objects=told)

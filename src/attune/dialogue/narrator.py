@@ -133,7 +133,7 @@ class Narrator:
             return ""
         names = (f"{outcome.reason}_{outcome.kind}", outcome.reason)
         situation = next((name for name in names if self._speaker.knows("failed", name)), "other")
-        if several and situation == "nothing_to_do":
+        if several and situation == "nothing_to_do" and outcome.object.type:
             situation = "no_more"
         if (outcome.command, situation) == self._refused and (not outcome.object.type or situation != outcome.reason):
             return ""

@@ -8,10 +8,11 @@ import anyio
 
 from attune.core.bus import COMMAND, OUTCOME, Bus
 from attune.core.clock import Clock
-from attune.core.messages import Band, CommandOutcome, Utterance
+from attune.core.messages import Band, CommandOutcome, ObjectSpec, Utterance
 from attune.dialogue.answering import Answerer
 from attune.dialogue.commands import commands_for
 from attune.dialogue.grammar.interpreter import GrammarInterpreter
+from attune.dialogue.grammar.references import is_described_by
 from attune.dialogue.grounding import Grounding, ground
 from attune.dialogue.interpreter import Intent, Interpretation
 from attune.dialogue.narrator import Narrator
@@ -25,6 +26,7 @@ _SEVERAL = 2
 _REMEMBERED = 20
 _ASKED_BACK = {"unclear": ("ask", "which_object"), "unknown_object": ("cannot", "unknown_object"),
                "unknown_action": ("cannot", "unknown_action")}  # fmt: skip
+_VAGUE = ("something", "anything", "some ", "one ")
 _ASIDES: frozenset[Intent] = frozenset(
     {"status", "style", "stated_age", "thanks", "greeting", "repeat", "dont_stop", "question"}
 )
@@ -119,6 +121,8 @@ class Requests:
             return
         group, situation = _ASKED_BACK.get(meaning.intent, ("ask", "again"))
         unknown = meaning.unknown or "such thing"
+        if unknown.startswith(_VAGUE):
+            group, situation = "ask", "which_object"
         self._speaker.say(group, situation, cause=utterance.id, unknown=unknown, repeated=meaning.reply)
 
     def drop(self) -> None:
@@ -178,6 +182,7 @@ class Requests:
 
     def _confirm(self, utterance: Utterance, meaning: Interpretation) -> None:
         situation: str = meaning.intent
+        wanted = _as_many_as_known(meaning, self._situation.known)
         same_type = bool(meaning.remove and meaning.add) and meaning.remove[0].type == meaning.add[0].type
         old = (the if same_type else called)(meaning.remove[0]) if meaning.remove else ""
         if situation == "replace_object" and not old:
@@ -186,7 +191,7 @@ class Requests:
             situation = "bring_me_to"
         to = f" to the {meaning.destination}" if meaning.destination else ""
         self._speaker.say(
-            "accept", situation, cause=utterance.id, objects=things(meaning.add, meaning.definite), old=old, to=to,
+            "accept", situation, cause=utterance.id, objects=things(wanted.add, wanted.definite), old=old, to=to,
             to_now=to, repeated=meaning.reply,
         )  # fmt: skip
 
@@ -237,3 +242,13 @@ def _only(meaning: Interpretation, numbers: Sequence[int]) -> Interpretation:
         add=tuple(meaning.add[number] for number in numbers),
         definite=tuple(definite[number] for number in numbers),
     )
+
+
+def _as_many_as_known(meaning: Interpretation, known: Sequence[ObjectSpec]) -> Interpretation:
+    """Without what is wanted more often than it is known to exist; the planner says that there are no more."""
+    numbers = []
+    for number, spec in enumerate(meaning.add):
+        exist = sum(is_described_by(replace(spec, location="", name=""), has) for has in known)
+        if not exist or meaning.add[:number].count(spec) < exist:
+            numbers.append(number)
+    return _only(meaning, numbers)

@@ -1,6 +1,6 @@
 """Grammar of the robot's own sentences: articles, lists, plurals."""
 
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 
 from attune.core.messages import ObjectSpec
 
@@ -56,6 +56,15 @@ def things(specs: Sequence[ObjectSpec], definite: Sequence[bool] = ()) -> str:
         else:
             words.append(an(spec))
     return listed(words)
+
+
+def placed(specs: Sequence[ObjectSpec], name: Callable[[ObjectSpec], str], *, verb: bool = False) -> str:
+    """`a red cup and a blue cup on the table and a mug in the cabinet`; with a verb `... are on the table and ...`."""
+    at: dict[str, list[str]] = {}
+    for spec in specs:
+        at.setdefault(spec.location, []).append(name(spec))
+    verbs = {place: (" are" if len(names) > 1 else " is") if verb else "" for place, names in at.items()}
+    return listed([f"{listed(names)}{verbs[place]} {where(place)}" for place, names in at.items()])
 
 
 def counted(spec: ObjectSpec, count: int) -> str:

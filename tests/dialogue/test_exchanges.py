@@ -1,0 +1,158 @@
+"""Exchanges as people have them with a whole session, typed, in virtual time: what is asked, answered and kept."""
+
+from collections.abc import Sequence
+from pathlib import Path
+from typing import Any
+
+import pytest
+
+from attune.core import messages as m
+from attune.core.bus import COMMAND, REPLY
+from attune.core.clock import VirtualClock, run
+from attune.core.config import load_config, with_values
+from attune.dialogue.policies import Preferences
+from attune.dialogue.profiles import ProfileStore
+from attune.session.session import Session
+
+OPTIONS: dict[str, dict[str, Any]] = {"robot": {"kind": "symbolic"}, "voice": {"output": "none"}}
+
+
+class Talk:
+    """What came of a talk: replies and commands, as words."""
+
+    def __init__(self) -> None:
+        self.replies: list[m.Reply] = []
+        self.commands: list[m.Command] = []
+        self.preferences = Preferences()
+
+    @property
+    def said(self) -> list[str]:
+        return [reply.text for reply in self.replies if reply.urgency != "background"]
+
+    def wanted(self) -> list[str]:
+        return [str(spec) for command in self.commands if isinstance(command, m.BringMe) for spec in command.objects]
+
+
+def hold(lines: Sequence[str | float], band: m.Band = "unknown", profiles: ProfileStore | None = None) -> Talk:
+    """Say the lines one after the other; a number waits, "..." waits until the robot rests."""
+    clock, talk = VirtualClock(), Talk()
+
+    async def main() -> None:
+        session = Session(with_values(load_config(environment={}), OPTIONS), clock, profiles=profiles)
+        session.bus.on(REPLY, talk.replies.append)
+        session.bus.on(COMMAND, talk.commands.append)
+        async with session.running():
+            for line in lines:
+                if isinstance(line, str) and line != "...":
+                    session.say(line, m.AgeEstimate(band=band, confidence=1.0))
+                    await clock.sleep(2.5)
+                elif isinstance(line, str):
+                    await session.settled()
+                else:
+                    await clock.sleep(line)
+        talk.preferences = session.dialogue.speaker.preferences
+
+    run(main, clock)
+    return talk
+
+
+def test_a_question_stays_open_while_the_person_asks_something_else() -> None:
+    talk = hold(["bring me the cup", "what are you doing?", "slower please", "the white one"])
+    assert talk.said[0] in talk.said[1]
+    assert talk.wanted() == ["white cup"]
+
+
+def test_the_answer_means_the_option_with_all_that_the_question_left_unsaid() -> None:
+    assert hold(["bring me the red cup", "the small one"]).wanted() == ["small red cup"]
+    (command,) = hold(["bring me the cup", "the red one"]).commands
+    assert isinstance(command, m.BringMe)
+    assert (command.objects[0].color, command.objects[0].size) == ("red", "normal")
+    assert len(hold(["bring me the cup", "either"]).wanted()) == 1
+
+
+def test_each_unclear_thing_is_asked_about_in_turn() -> None:
+    talk = hold(["bring me the spoon and the cup and a plate", "the blue one", "the white one"])
+    assert talk.wanted() == ["plate", "blue spoon", "white cup"]
+    assert "spoon" in talk.said[0]
+    assert "cup" in talk.said[-2]
+
+
+def test_no_answers_a_question_and_an_old_question_is_no_question_any_more() -> None:
+    assert hold(["bring me the red plate", "no", "yes"]).commands == []
+    assert hold(["bring me the red plate", 25.0, "yes"]).commands == []
+
+
+@pytest.mark.parametrize(
+    ("lines", "refusal"),
+    [
+        (["carry on"], "carry on"),
+        (["put it back"], "put back"),
+        (["cancel the cup"], "wasn't"),
+        (["bring me the red glass to the table", "...", "bring me the red glass to the table"], "already"),
+        (["set the table", 3.0, "set the table"], "already"),
+        (["bring me the big white spoon to the fridge"], "no room"),
+    ],
+)
+def test_what_is_refused_is_not_first_promised(lines: list[str | float], refusal: str) -> None:
+    before = hold(lines[:-1]).said
+    (answer,) = hold(lines).said[len(before) :]
+    assert refusal in answer
+
+
+def test_more_than_there_is_is_neither_promised_nor_passed_over() -> None:
+    said = hold(["bring me three spoons"]).said
+    assert "two spoons" in said[0]
+    assert "no further spoon" in said[1]
+
+
+def test_where_my_cup_is_means_the_one_that_was_just_brought() -> None:
+    talk = hold(["bring me the blue cup", "...", "where is my cup?"])
+    assert "blue cup" in talk.said[-1]
+    assert "on the table" in talk.said[-1]
+
+
+def test_what_there_is_is_counted() -> None:
+    assert "four cups" in hold(["how many cups are there?"]).said[0]
+    assert "are" in hold(["where are the spoons?"]).said[0]
+
+
+def test_a_wish_that_cannot_go_further_is_said_so_and_one_step_back_is_heard() -> None:
+    talk = hold(["speak up"] * 4 + ["quieter"], band="older")
+    loud = [reply.loudness for reply in talk.replies]
+    assert loud[:2] == [1.0, 1.0]
+    assert "louder than this" in talk.said[2]
+    assert loud[-1] < 1.0
+
+
+WISHES: dict[str, tuple[str, float]] = {
+    "slower please": ("rate", -1), "faster": ("rate", 1), "speak up": ("loudness", 1), "quieter": ("loudness", -1),
+}  # fmt: skip
+
+
+@pytest.mark.parametrize("wish", WISHES)
+@pytest.mark.parametrize("band", ["older", "younger", "unknown"])
+def test_a_wish_is_heard_in_the_next_reply_stays_for_the_talk_and_ends_with_normal(wish: str, band: m.Band) -> None:
+    field, direction = WISHES[wish]
+    talk = hold(["hello", wish, *["thank you"] * 20, "normal", "hello"], band=band)
+    heard = [getattr(reply, field) for reply in talk.replies]
+    assert (heard[1] - heard[0]) * direction > 0
+    assert set(heard[1:-2]) == {heard[1]}
+    assert heard[-1] == heard[0]
+
+
+@pytest.mark.parametrize("band", ["older", "younger", "unknown"])
+def test_how_much_is_told_follows_the_wish_and_not_the_age(band: m.Band) -> None:
+    def announcements(*wishes: str) -> int:
+        return sum(r.urgency == "background" for r in hold([*wishes, "bring me a spoon", "..."], band=band).replies)
+
+    assert announcements("tell me what you are doing") >= 6
+    assert announcements("you don't have to tell me everything") == 0
+    assert announcements("talk less") == 0
+
+
+def test_forget_me_forgets_the_wishes_of_this_talk_too(tmp_path: Path) -> None:
+    profiles = ProfileStore(tmp_path / "profiles.sqlite3")
+    talk = hold(["remember me", "I am seventy five", "slower please", "forget me", "hello"], profiles=profiles)
+    assert talk.preferences == Preferences()
+    assert talk.replies[-1].style == "unknown"
+    assert profiles.all() == ()
