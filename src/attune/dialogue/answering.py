@@ -117,8 +117,7 @@ class Answerer:
         if not known:
             self._speaker.say("talk", "stock_no", cause=cause)
         elif len(known) == 1:
-            only = f"{an_existing(known[0])} {where(known[0].location)}"
-            self._speaker.say("talk", "stock_yes", cause=cause, objects=only)
+            self._speaker.say("talk", "stock_yes", cause=cause, objects=placed(known, an_existing))
         else:
             told = placed(known[:_TOLD], an_existing)
             count = counted(spec, len(known))

@@ -4,6 +4,7 @@ import random
 import re
 import string
 import tomllib
+from collections.abc import Iterator
 from functools import cache
 from importlib import resources
 from pathlib import Path
@@ -13,12 +14,12 @@ from pydantic import BaseModel, ConfigDict, ValidationError, model_validator
 from attune.core.codec import describe
 from attune.core.errors import AttuneError
 from attune.dialogue.policies import Wording
-from attune.dialogue.wording import sentence_case
+from attune.dialogue.wording import be, sentence_case
 from attune.dialogue.words import words
 
 Situations = dict[str, dict[Wording, tuple[str, ...]]]
 SLOTS = words(
-    "objects object an_object old to to_now place where options nearest unknown thing done all wish doing question "
+    "objects object an_object old to to_now place where options nearest unknown thing done all wish doing question is "
     "Object Objects Options Place"
 )
 
@@ -87,8 +88,17 @@ class Phrasebook:
         texts = [text for text in wordings[chosen] if text != self._last.get(key)] or list(wordings[chosen])
         text = self._random.choice(texts)
         self._last[key] = text
+        slots.setdefault("is", be(slots.get("object", "")))
         filled = text.format(**slots, **{name.capitalize(): sentence_case(value) for name, value in slots.items()})
         return sentence_case(re.sub(r"\s+([.,?!])", r"\1", " ".join(filled.split())))
+
+
+def sentences(path: Path | None = None) -> Iterator[tuple[str, str, Wording, int]]:
+    """Each group, situation and wording of the file, and how many sentences it has."""
+    for group, situations in _load(path):
+        for situation, wordings in situations.items():
+            for wording, texts in wordings.items():
+                yield group, situation, wording, len(texts)
 
 
 @cache

@@ -21,16 +21,28 @@ def the(spec: ObjectSpec) -> str:
 
 
 def an(spec: ObjectSpec) -> str:
-    """`a small red cup`, `an orange bowl`, `some milk`."""
+    """`a small red cup`, `an orange bowl`, `some milk`, `some scissors`."""
     words = noun(spec)
     if spec.type in _MASS:
         return f"some {words}" if words == spec.type else f"the {words}"
+    if is_plural(spec.type):
+        return f"some {words}"
     return f"{'an' if words[0] in 'aeiou' else 'a'} {words}"
 
 
 def an_existing(spec: ObjectSpec) -> str:
     """`some milk`, `a small red cup`: as one tells what there is."""
     return f"some {spec.type}" if spec.type in _MASS else an(spec)
+
+
+def is_plural(name: str) -> bool:
+    """Whether a thing is called by a plural: `scissors`, `keys`, but not `glass`."""
+    return name.endswith("s") and not name.endswith("ss")
+
+
+def be(subject: str) -> str:
+    """`is` or `are`, as the subject needs it: `the cup`, `the scissors`, `the cup and the bowl`."""
+    return "are" if is_plural(subject) or " and " in subject else "is"
 
 
 def listed(items: Sequence[str], joint: str = "and") -> str:
@@ -63,14 +75,18 @@ def placed(specs: Sequence[ObjectSpec], name: Callable[[ObjectSpec], str], *, ve
     at: dict[str, list[str]] = {}
     for spec in specs:
         at.setdefault(spec.location, []).append(name(spec))
-    verbs = {place: (" are" if len(names) > 1 else " is") if verb else "" for place, names in at.items()}
-    return listed([f"{listed(names)}{verbs[place]} {where(place)}" for place, names in at.items()])
+    verbs = {place: f" {be(listed(names))}" if verb else "" for place, names in at.items()}
+    return listed(
+        [f"{listed(names)}{verbs[place]} {where(place) if place else 'in my hand'}" for place, names in at.items()]
+    )
 
 
 def counted(spec: ObjectSpec, count: int) -> str:
-    """`four cups`, `two red cups`, `two of milk`."""
+    """`four cups`, `two red cups`, `two kinds of milk`."""
     number = number_word(count)
-    return f"{number} of {noun(spec)}" if spec.type in _MASS else f"{number} {_plural(noun(spec))}"
+    if spec.type in _MASS or is_plural(spec.type):
+        return f"{number} kinds of {noun(spec)}"
+    return f"{number} {_plural(noun(spec))}"
 
 
 def choices(specs: Sequence[ObjectSpec]) -> str:
@@ -89,7 +105,7 @@ def choices(specs: Sequence[ObjectSpec]) -> str:
         name = noun(shown)
         if tell_size and spec.size == "normal" and not (tell_color and spec.color):
             name = f"normal {name}"
-        place = f" at the {spec.location}" if tell_place and spec.location else ""
+        place = f" {where(spec.location)}" if tell_place and spec.location else ""
         words.append(f"the {name}{place}")
     return listed(words, "or")
 
@@ -120,7 +136,7 @@ _IRREGULAR = {"knife": "knives", "loaf": "loaves", "shelf": "shelves", "glass": 
 
 def _plural(words: str) -> str:
     *before, last = words.split()
-    if last in _MASS:
+    if is_plural(last):
         return words
     regular = f"{last}es" if last.endswith(("s", "x", "ch", "sh")) else f"{last}s"
     return " ".join([*before, _IRREGULAR.get(last, regular)])
