@@ -114,6 +114,14 @@ def recoveries(skills: Skills) -> Mapping[type[AttuneError], Recovery]:
 
         return part("draw the arms back", body)
 
+    def draw_back_and_look(_: Collision) -> Part[None]:
+        async def body(node: Node) -> None:
+            await skills.robot.park_arms()
+            if skills.placing:  # Something stands there that was not seen before.
+                await node.do(skills.look_over(skills.placing.surface, lambda item: False))
+
+        return part("draw the arms back and look around", body)
+
     return {
         ObjectNotThere: Recovery(search_again, 4),
         ObjectLost: Recovery(look_for_lost, 3),
@@ -122,7 +130,7 @@ def recoveries(skills: Skills) -> Mapping[type[AttuneError], Recovery]:
         GraspMissed: Recovery(draw_back, 4),
         Unreachable: Recovery(draw_back, 2),
         ContainerStuck: Recovery(draw_back, 2),
-        Collision: Recovery(draw_back, 3),
+        Collision: Recovery(draw_back_and_look, 3),
         GripperFull: Recovery(draw_back, 1),
     }
 

@@ -241,6 +241,16 @@ class Skills:
 
         return Part(f"look over {surface.name}", body)
 
+    def glance(self, surface: Surface) -> Part[None]:
+        """Look over a surface from where the robot stands."""
+
+        async def body(_: Node) -> None:
+            for point in look_points(surface):
+                await self.robot.look_at(point)
+                self.belief.observe(await self.robot.perceive())
+
+        return Part(f"glance at {surface.name}", body)
+
     def _look_at(self, item: Individual, percept: Percept) -> Part[Percept]:
         """See an object again from where the robot stands now."""
 

@@ -123,6 +123,7 @@ class Transport:
                 self._desk.board.update(destination_location=spot.surface.place)
                 try:
                     await node.do(self._skills.open_for(spot.surface))
+                    await node.do(self._skills.glance(spot.surface))  # With full hands less of it is seen.
                 except FAILURES:
                     return
 

@@ -6,10 +6,15 @@ import mujoco
 import numpy as np
 from numpy.typing import NDArray
 
-from attune.robots.interface import BasePose, Pose
+from attune.robots.interface import BasePose, Point, Pose
 from attune.robots.mujoco import pr2
 
 Array = NDArray[np.float64]
+
+_EYE = (0.0732, 0.0845)
+"""The camera in the frame of the head's tilt: ahead, up [m]."""
+_NECK = (-0.01707, 0.38145, 0.068)
+"""The pan axis in the torso's frame (ahead, up), and the tilt axis ahead of it [m]."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -46,6 +51,22 @@ def quaternion(rotation: Array) -> Array:
     result = np.zeros(4)
     mujoco.mju_mat2Quat(result, rotation.flatten())
     return result
+
+
+def gaze(torso: Frame, point: Point) -> tuple[float, float]:
+    """The head's pan and tilt with which the camera looks at a point, as far as it turns [rad].
+
+    Args:
+        torso: As `torso_frame` gives it.
+        point: In the map frame.
+    """
+    x, y, z = torso.rotation.T @ (np.array(point) - torso.position)
+    pan = np.arctan2(y, x - _NECK[0])
+    ahead, up = np.hypot(y, x - _NECK[0]) - _NECK[2], z - _NECK[1]
+    tilt = np.arcsin(np.clip(_EYE[1] / max(np.hypot(ahead, up), 0.1), -1.0, 1.0)) - np.arctan2(up, ahead)
+    limits = (pr2.SERVOS[joint] for joint in pr2.HEAD_JOINTS)
+    clipped = (float(np.clip(angle, s.low, s.high)) for angle, s in zip((pan, tilt), limits, strict=True))
+    return next(clipped), next(clipped)
 
 
 def torso_frame(base: BasePose, lift: float) -> Frame:

@@ -15,7 +15,7 @@ from numpy.typing import NDArray
 
 from attune.robots.interface import ARMS, Arm, BasePose, Point, Pose
 from attune.robots.mujoco import contact, pr2
-from attune.robots.mujoco.frames import Frame, frame_of, quaternion, torso_frame
+from attune.robots.mujoco.frames import Frame, frame_of, gaze, quaternion, torso_frame
 from attune.robots.mujoco.kinematics import ArmGeometry, ArmKinematics
 from attune.robots.mujoco.kitchen import handle_name
 from attune.robots.mujoco.solids import Solid, solids
@@ -34,6 +34,8 @@ _GIVE = 0.012
 """How much farther the gap may close between the first pad's touch and the second's [m]."""
 _AWAY = 50.0
 """Where objects are that the robot does not know of [m]."""
+_AROUND = np.array([(0, 0, 0), *((np.cos(a), np.sin(a), 0.0) for a in np.arange(8) * np.pi / 4)])
+"""A point and eight around it."""
 _ARM_BITS: Mapping[Arm, int] = {"right": contact.RIGHT_ARM, "left": contact.LEFT_ARM}
 _CARRIED_BITS: Mapping[Arm, int] = {"right": 32, "left": 64}
 """With which what an arm carries meets the arm itself, the hand excepted."""
@@ -244,6 +246,31 @@ class Imagination:
             if 0.0 <= distance < length - 0.05:
                 return False
         return True
+
+    def own_shadow(self, point: Point, radius: float) -> float:
+        """Share of the surroundings of a point that the robot, or what it carries, hides from its own camera, 0 to 1.
+
+        Args:
+            point: That it looks at; on a surface.
+            radius: How far around it [m].
+        """
+        m, d = self.model, self.data
+        d.qpos[self._addresses(pr2.HEAD_JOINTS)] = gaze(self.torso_frame(), point)
+        mujoco.mj_kinematics(m, d)
+        mujoco.mj_camlight(m, d)
+        camera = m.camera(pr2.HEAD_CAMERA).id
+        eye = d.cam_xpos[camera]
+        rays = np.array(point) + radius * _AROUND + (0.0, 0.0, 0.03) - eye
+        length = np.linalg.norm(rays, axis=1)
+        hit, reach = np.full(len(rays), -1, dtype=np.int32), np.zeros(len(rays))
+        solid = np.array([group != contact.VISUAL_GROUP for group in range(6)], dtype=np.uint8)
+        rays = (rays / length[:, None]).flatten()
+        head = m.cam_bodyid[camera]
+        mujoco.mj_multiRay(m, d, eye, rays, solid, True, head, hit, reach, None, len(hit), float(length.max()))
+        own = [m.body(name).id for name, _ in self._carried.values()]
+        body = m.geom_bodyid[hit]
+        hidden = (hit >= 0) & (reach < length) & ((m.body_rootid[body] == self._robot_root) | np.isin(body, own))
+        return float(np.mean(hidden))
 
     def free(self) -> bool:
         """Whether the robot and what it carries touch nothing."""

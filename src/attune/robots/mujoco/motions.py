@@ -11,7 +11,7 @@ from numpy.typing import NDArray
 from attune.robots.interface import Arm, BasePose, Point, RobotFailure
 from attune.robots.mujoco import pr2
 from attune.robots.mujoco.controller import Controller
-from attune.robots.mujoco.frames import torso_frame
+from attune.robots.mujoco.frames import gaze, torso_frame
 from attune.robots.mujoco.trajectory import Limits, Trajectory, plan_trajectory
 from attune.robots.mujoco.world import World
 
@@ -26,10 +26,6 @@ BASE_LIMITS = Limits(np.array([0.5, 0.5, 0.9]), np.array([0.7, 0.7, 1.4]))
 _HEAD = Limits(np.array([2.0, 2.0]), np.array([8.0, 8.0]))
 _TORSO = Limits(np.array([pr2.SERVOS[pr2.TORSO].speed]), np.array([0.1]))
 _FINGERS = Limits(np.array([pr2.GRIPPER_SPEED]), np.array([1.0]))
-_EYE = (0.0732, 0.0845)
-"""The camera in the frame of the head's tilt: ahead, up [m]."""
-_NECK = (-0.01707, 0.38145, 0.068)
-"""The pan axis in the torso's frame (ahead, up), and the tilt axis ahead of it [m]."""
 
 
 async def together(*actions: Coroutine[Any, Any, None]) -> None:
@@ -123,13 +119,5 @@ class Motions:
     async def gaze(self, point: Point) -> None:
         """Turn the head so that the camera looks at a point, as far as it turns."""
         torso = torso_frame(self.base, float(self.positions((pr2.TORSO,))[0]))
-        x, y, z = torso.rotation.T @ (np.array(point) - torso.position)
-        pan = float(np.arctan2(y, x - _NECK[0]))
-        ahead, up = float(np.hypot(y, x - _NECK[0])) - _NECK[2], float(z) - _NECK[1]
-        tilt = np.arcsin(np.clip(_EYE[1] / max(np.hypot(ahead, up), 0.1), -1.0, 1.0)) - np.arctan2(up, ahead)
-        wanted = [
-            np.clip(angle, pr2.SERVOS[joint].low, pr2.SERVOS[joint].high)
-            for joint, angle in zip(pr2.HEAD_JOINTS, (pan, tilt), strict=True)
-        ]
-        path = np.array([self.positions(pr2.HEAD_JOINTS), wanted])
+        path = np.array([self.positions(pr2.HEAD_JOINTS), gaze(torso, point)])
         await self._controller.follow(pr2.HEAD_JOINTS, plan_trajectory(path, _HEAD))

@@ -4,7 +4,7 @@ The searches are iterators: each step is one short piece of work, so that a call
 stop between any two steps. A step yields a proven base pose, or None when its candidate was no good.
 """
 
-from collections.abc import Callable, Iterator, Sequence
+from collections.abc import Callable, Iterator
 
 import numpy as np
 from numpy.typing import NDArray
@@ -16,7 +16,7 @@ from attune.robots.mujoco.beliefs import Held
 from attune.robots.mujoco.carry import FOLDED
 from attune.robots.mujoco.costmap import Costmap, Footprint
 from attune.robots.mujoco.imagination import Imagination
-from attune.robots.mujoco.whole_motions import find_picks, find_places
+from attune.robots.mujoco.whole_motions import find_picks, find_places, radius
 
 Array = NDArray[np.float64]
 
@@ -31,6 +31,10 @@ _COMPLETIONS = 3
 """Candidates of an arm motion that are tried to the end from one base pose."""
 _POSES = 60
 """Base poses that are tried."""
+_NEIGHBOURHOOD = 0.1
+"""Around a place that should be seen before something is put down there [m]."""
+_SHADOW = 0.2
+"""Largest share of a place that the robot's own arms may hide."""
 _LOOK_NEAREST, _LOOK_FARTHEST = 0.6, 1.3
 
 
@@ -103,7 +107,11 @@ def place_poses(
         search = find_places(world, carrying, held, arm, position, posture, rng, _COMPLETIONS, hopeless)
         return any(plan is not None for plan in search)
 
-    yield from _proven({arm: worlds}, costmap, body, position, prove, rng)
+    def sees_where(pose: BasePose) -> bool:
+        carrying.base = pose
+        return carrying.own_shadow(position, radius(held.percept) + _NEIGHBOURHOOD) < _SHADOW
+
+    yield from _proven({arm: worlds}, costmap, body, position, prove, rng, preferred=sees_where)
 
 
 def handle_poses(
@@ -150,10 +158,16 @@ def look_poses(
     clearance = costmap.clearance(poses, body)
     cost = 0.3 * np.hypot(poses[:, 0] - now.x, poses[:, 1] - now.y) + np.abs(distance - 0.8)
     free = np.flatnonzero(clearance > _CLEARANCE)
+    shadowed: list[BasePose] = []
     for index in free[np.argsort(cost[free])][:_POSES]:
         pose = BasePose(*(float(v) for v in poses[index]))
         world.base = pose
-        yield pose if world.sees(point) else None
+        sees = world.sees(point)
+        if sees and world.own_shadow(point, _NEIGHBOURHOOD) >= _SHADOW:
+            shadowed.append(pose)
+            sees = False
+        yield pose if sees else None
+    yield from shadowed
 
 
 def _proven(
@@ -164,15 +178,22 @@ def _proven(
     prove: Callable[[Arm], bool],
     rng: np.random.Generator,
     limit: int = _POSES,
+    preferred: Callable[[BasePose], bool] = lambda pose: True,
 ) -> Iterator[BasePose | None]:
     now = next(iter(worlds.values()))[0].base
-    candidates: list[tuple[Arm, Sequence[float]]] = []
+    candidates: list[tuple[Arm, BasePose]] = []
     ranked = {arm: stances(costmap, body, point, arm, now, rng) for arm in worlds}
     yield None
     for place in range(limit):
-        candidates += [(arm, poses[place]) for arm, poses in ranked.items() if place < len(poses)]
-    for arm, (x, y, yaw) in candidates[:limit]:
-        pose = BasePose(float(x), float(y), float(yaw))
+        candidates += [
+            (arm, BasePose(*(float(value) for value in poses[place])))
+            for arm, poses in ranked.items()
+            if place < len(poses)
+        ]
+    del candidates[limit:]
+    candidates.sort(key=lambda candidate: not preferred(candidate[1]))
+    yield None
+    for arm, pose in candidates:
         for world in worlds[arm]:
             world.base = pose
         yield pose if prove(arm) else None
