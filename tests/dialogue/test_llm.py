@@ -13,9 +13,10 @@ import typer
 from anyio.from_thread import start_blocking_portal
 from typer.testing import CliRunner
 
+from attune.cli.doctor import doctor
 from attune.cli.eval_language import eval_language
 from attune.cli.understand import understand
-from attune.core.bus import COMMAND, REPLY, UTTERANCE, Bus
+from attune.core.bus import COMMAND, REPLY, ROBOT_STOP, UTTERANCE, Bus
 from attune.core.clock import RealClock, run
 from attune.core.config import Config, DialogueConfig, LlmConfig
 from attune.core.errors import MissingDependencyError
@@ -159,6 +160,17 @@ def test_a_dead_endpoint_is_survived() -> None:
     assert "cannot be reached" in found.reason
 
 
+def test_by_default_it_waits_two_and_a_half_seconds_and_no_longer(
+    model_server: Make, behaviour: Make, model_answer: Make
+) -> None:
+    answer = model_answer("setting_breakfast")
+    slow, too_slow = model_server(behaviour(answer, wait=1.5)), model_server(behaviour(answer, wait=30.0))
+    assert ask(slow, "Bring me the red cup.", deadline=LlmConfig().deadline).intent == "setting_breakfast"
+    found = ask(too_slow, "Bring me the red cup.", deadline=LlmConfig().deadline)
+    assert found.intent == "bring_me"
+    assert "2.5 s" in found.reason
+
+
 @pytest.mark.parametrize(
     ("first", "requests"),
     [
@@ -274,12 +286,12 @@ def test_instructions_and_style_are_in_every_request_of_a_long_session_and_histo
     current = [""]
 
     async def use(interpreter: LlmInterpreter) -> None:
-        for number in range(40):
+        for number in range(120):
             current[0] = next(styles)
             await interpreter.interpret(f"some words, number {number}", Context())
 
     with_server(server, use, style=lambda: current[0], history=3)
-    assert len(server.requests) == 40
+    assert len(server.requests) == 120
     for number, request in enumerate(server.requests):
         messages = request["messages"]
         assert messages[0]["role"] == "system"
@@ -357,6 +369,19 @@ def test_the_check_tells_a_good_endpoint_from_a_bad_one(
     assert "no language model is configured" in text
 
 
+def test_doctor_asks_the_endpoint_and_says_what_is_wrong(
+    model_server: Make, behaviour: Make, model_answer: Make
+) -> None:
+    cup = model_answer("bring_me", add=[{"type": "cup", "color": "red"}], reply="Yes.")
+    for what, status, words in ((behaviour(cup), "ok", "answers in"), (behaviour(status=404), "off", "404")):
+        server = model_server(what)
+        findings = json.loads(command(doctor, ["--json"], server).stdout)
+        (found,) = [finding for finding in findings if finding["part"] == "LLM"]
+        assert found["state"] == status
+        assert words in found["detail"]
+        assert len(server.requests) == 1
+
+
 def command(function: Callable[..., Any], arguments: list[str], server: Any, text: str = "") -> Any:
     """Run a command with the server as its language model."""
     app = typer.Typer()
@@ -403,7 +428,7 @@ def test_a_language_model_is_measured_with_the_same_benchmark(
 
 
 def bridged(
-    server: Any, talk: Callable[[Bus, RealClock, DialogueBridge], Awaitable[None]]
+    server: Any, talk: Callable[[Bus, RealClock, DialogueBridge], Awaitable[None]], **options: Any
 ) -> tuple[list[Any], list[str]]:
     """Hold a talk through the bridge with the server as interpreter; returns the commands and what was said."""
     clock, bus = RealClock(), Bus()
@@ -414,7 +439,7 @@ def bridged(
         bus.on(COMMAND, commands.append)
         bus.on(REPLY, lambda reply: said.append(reply.text))
         async with server.running():
-            config = Config(llm=LlmConfig(base_url=server.url, model="m"))
+            config = Config(llm=LlmConfig(base_url=server.url, model="m", **options))
             async with chosen_interpreter(config, SCENE, clock) as interpreter, anyio.create_task_group() as group:
                 bridge = DialogueBridge(bus, clock, SCENE, DialogueConfig(), interpreter)
                 group.start_soon(bridge.run)
@@ -466,6 +491,64 @@ def test_what_was_said_before_a_stop_moves_nothing_after_it(
     commands, _ = bridged(server, talk)
     assert [command.kind for command in commands] == ["stop"]
     assert len(server.requests) == 2
+
+
+@pytest.mark.parametrize("fault", ["slow", "silent after a beginning", "server error", "connection cut", "no JSON"])
+def test_stop_works_while_the_model_is_asked_and_whatever_it_does(
+    fault: str, model_server: Make, behaviour: Make, model_answer: Make
+) -> None:
+    server = model_server(behaviour(**{"content": model_answer("setting_breakfast"), "wait": 0.3} | FAULTS[fault]))
+
+    async def talk(bus: Bus, clock: RealClock, bridge: DialogueBridge) -> None:
+        for _ in range(2):
+            at_once: list[Any] = []
+            forget = bus.on(ROBOT_STOP, at_once.append)
+            say(bus, clock, "bring me the red mug")
+            await clock.sleep(0.1)
+            say(bus, clock, "Stop!")
+            assert [signal.state for signal in at_once] == ["confirmed"]
+            forget()
+        await clock.sleep(DEADLINE + 0.5)
+
+    commands, _ = bridged(server, talk, deadline=DEADLINE)
+    assert {command.kind for command in commands} == {"stop"}
+
+
+def test_in_a_long_talk_the_style_of_the_person_never_fades(
+    model_server: Make, behaviour: Make, model_answer: Make
+) -> None:
+    server = model_server(behaviour(model_answer("thanks", reply="My pleasure.")))
+
+    async def talk(bus: Bus, clock: RealClock, bridge: DialogueBridge) -> None:
+        say(bus, clock, "I am eighty years old")
+        for number in range(110):
+            with bus.subscribe(REPLY) as replies:
+                say(bus, clock, f"thank you, number {number}")
+                await replies.receive()
+
+    bridged(server, talk)
+    requests = [request["messages"] for request in server.requests]
+    assert len(requests) > 100
+    for messages in requests[-100:]:
+        assert "household robot" in messages[0]["content"]
+        assert "unhurried" in messages[0]["content"].rsplit("How to speak", 1)[1]
+        assert "unhurried" in json.loads(messages[-1]["content"])["speak"]
+        assert len(messages) == 2 + 2 * LlmConfig().history
+
+
+def test_who_wants_to_be_forgotten_is_forgotten_by_the_model_too(
+    model_server: Make, behaviour: Make, model_answer: Make
+) -> None:
+    server = model_server(behaviour(model_answer("thanks", reply="My pleasure.")))
+
+    async def talk(bus: Bus, clock: RealClock, bridge: DialogueBridge) -> None:
+        for text in ("thank you, I am Ada", "forget me", "thank you"):
+            with bus.subscribe(REPLY) as replies:
+                say(bus, clock, text)
+                await replies.receive()
+
+    bridged(server, talk)
+    assert "Ada" not in json.dumps(server.requests[-1])
 
 
 def test_wishes_of_the_person_change_what_the_model_is_told_about_style(model_server: Make, fine: Any) -> None:

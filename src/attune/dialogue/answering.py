@@ -36,6 +36,8 @@ class Answerer:
             cause: Id of the utterance.
         """
         match meaning.intent:
+            case "thanks" | "greeting" if meaning.reply:
+                self._speaker.say("talk", meaning.intent, cause=cause, repeated=meaning.reply)
             case "greeting" if meaning.status:
                 self._speaker.say("talk", meaning.status, cause=cause)
             case "thanks" | "greeting" | "deny" | "stated_age":

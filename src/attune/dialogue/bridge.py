@@ -200,6 +200,8 @@ class DialogueBridge:
             return
         about_memory = self._memory.answer(utterance.text)
         if about_memory:
+            if isinstance(self._interpreter, LlmInterpreter):
+                self._interpreter.forget()
             self._tell("understood", utterance, "about being remembered", intent=about_memory)
             self.speaker.say("talk", about_memory, cause=utterance.id)
             return

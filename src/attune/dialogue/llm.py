@@ -103,6 +103,10 @@ class LlmInterpreter:
         """Close the connections to the endpoint."""
         await self._endpoint.close()
 
+    def forget(self) -> None:
+        """Leave out of further requests what was said up to now."""
+        self._history.clear()
+
     async def interpret(self, text: str, context: Context) -> Interpretation:
         """What `text` means, decided by the model if it answers in time, else by the embedded interpreter."""
         first = await self._embedded.interpret(text, context)

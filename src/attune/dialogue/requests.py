@@ -123,7 +123,9 @@ class Requests:
         unknown = meaning.unknown or "such thing"
         if unknown.startswith(_VAGUE):
             group, situation = "ask", "which_object"
-        self._speaker.say(group, situation, cause=utterance.id, unknown=unknown, repeated=meaning.reply)
+        reply = self._speaker.say(group, situation, cause=utterance.id, unknown=unknown, repeated=meaning.reply)
+        if meaning.reply.endswith("?"):
+            self._situation.pending = PendingQuestion(reply.text, self._clock.now())
 
     def drop(self) -> None:
         """A stop: nothing that was said before it is confirmed or asked any more."""

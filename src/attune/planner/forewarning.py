@@ -30,11 +30,11 @@ class Forewarning:
     async def given(self) -> None:
         """Wait until all that was announced has been said, no longer than `Manner.warn_before_movement`."""
         manner = self._bus.latest(MANNER)
-        if manner is None or not manner.warn_before_movement or not self._has_voice:
+        if manner is None or not manner.warn_before_movement:
             return
         with anyio.move_on_after(manner.warn_before_movement):
             await self._clock.sleep(TIME_TO_ANNOUNCE)
-            while self._unsaid:
+            while self._unsaid and self._has_voice:
                 self._changed = anyio.Event()
                 await self._changed.wait()
         self._unsaid.clear()  # What was not said in time holds up one movement only.
