@@ -241,6 +241,13 @@ def test_without_consent_a_talk_leaves_nothing_behind(store: ProfileStore) -> No
     assert not store.path.exists()
 
 
+def test_what_is_remembered_is_told_to_who_asks(store: ProfileStore) -> None:
+    said, _ = talk(["What do you know about me?", "remember me", "slower please", "talk less",
+                    "I am seventy", "What do you remember about me?"], store)  # fmt: skip
+    assert "nothing" in said[0]
+    assert all(words in said[-1] for words in ("slower", "told little", "older"))
+
+
 @pytest.mark.parametrize("words", ["Forget me.", "please forget everything about me", "Delete my data!"])
 def test_forget_me_erases_the_profile(words: str, store: ProfileStore) -> None:
     said, _ = talk(["remember me", words, "louder please"], store)

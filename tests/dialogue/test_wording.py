@@ -43,6 +43,7 @@ def slots(draw: random.Random) -> dict[str, str]:
         "options": choices(draw.sample(SCENE, draw.randint(2, 4))), "nearest": the(second), "unknown": "tea pot",
         "thing": noun(first), "done": "Two of three", "all": counted(first, 2), "wish": "louder",
         "doing": "I'm getting ready.", "question": "Would you like the red cup?",
+        "kept": "that you like to be told little",
     }  # fmt: skip
 
 

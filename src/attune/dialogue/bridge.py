@@ -203,7 +203,7 @@ class DialogueBridge:
             if isinstance(self._interpreter, LlmInterpreter):
                 self._interpreter.forget()
             self._tell("understood", utterance, "about being remembered", intent=about_memory)
-            self.speaker.say("talk", about_memory, cause=utterance.id)
+            self.speaker.say("talk", about_memory, cause=utterance.id, kept=self._memory.kept)
             return
         meaning = await self._understand(utterance)
         if stops_before != self._stops:

@@ -6,8 +6,9 @@ from typing import Literal
 from attune.core.messages import Band
 from attune.dialogue.profiles import SELF, ProfileStore
 from attune.dialogue.speaker import Speaker
+from attune.dialogue.wording import listed
 
-Situation = Literal["", "remember", "forget", "nothing_to_forget", "no_memory"]
+Situation = Literal["", "remember", "forget", "nothing_to_forget", "known", "nothing_known", "no_memory"]
 """What there is to say, as the file of replies calls it; "" if it was not about remembering."""
 
 _ME = (
@@ -25,11 +26,20 @@ _FORGET = re.compile(
 )
 
 
-def memory_wish(text: str) -> Literal["", "remember", "forget"]:
-    """Whether somebody asks to be remembered or forgotten."""
+_KNOWN = re.compile(
+    rf"{_POLITE}(?:what do you (?:know|remember|have|keep)|what have you (?:kept|stored|saved|remembered)|"
+    rf"tell me what you (?:know|remember)|what is (?:kept|stored|saved)|do you (?:know|remember) (?:any|some)thing)"
+    rf"(?: stored| saved)? (?:about|of) me{_END}"
+)
+
+
+def memory_wish(text: str) -> Literal["", "remember", "forget", "known"]:
+    """Whether somebody asks to be remembered or forgotten, or what is remembered."""
     plain = " ".join(re.sub(r"[^\w' ]", " ", text.lower()).split())
     if _FORGET.fullmatch(plain):
         return "forget"
+    if _KNOWN.fullmatch(plain):
+        return "known"
     return "remember" if _REMEMBER.fullmatch(plain) else ""
 
 
@@ -64,6 +74,8 @@ class Memory:
             return ""
         if self._store is None:
             return "no_memory"
+        if wish == "known":
+            return "known" if self._consented else "nothing_known"
         if wish == "forget":
             self._consented = False
             self._band = "unknown"
@@ -73,6 +85,21 @@ class Memory:
         self._consented = True
         self._store.keep(self._person, self._speaker.preferences, self._band)
         return "remember"
+
+    @property
+    def kept(self) -> str:
+        """What is remembered about the person, as the object of "I remember"."""
+        wishes = self._speaker.preferences
+        degrees = (("slower", "faster", wishes.rate_steps), ("louder", "quieter", -wishes.loudness_steps))
+        spoken = [less if steps < 0 else more for less, more, steps in degrees if steps]
+        told = {"results": "to be told little", "everything": "to be told everything", "steps": "to be told each step"}
+        band = wishes.band if wishes.band != "unknown" else self._band
+        parts = [
+            *([f"you want me to speak {listed(spoken)}"] if spoken else []),
+            *([f"you like {told[wishes.announce]}"] if wishes.announce else []),
+            *([f"you are one of the {band} people"] if band != "unknown" else []),
+        ]
+        return listed([f"that {part}" for part in parts]) if parts else "that I may remember you, and nothing else yet"
 
     def hear_age(self, band: Band) -> None:
         """Keep what the voice told about the person's age, when it told something new."""
