@@ -19,7 +19,8 @@ from attune.dialogue.words import words
 
 Situations = dict[str, dict[Wording, tuple[str, ...]]]
 SLOTS = words(
-    "objects object an_object old to to_now place where options nearest unknown thing done all wish doing question is kept "
+    "objects object an_object old to to_now place where options nearest unknown thing done all wish "
+    "doing question is kept "
     "Object Objects Options Place"
 )
 
