@@ -7,7 +7,7 @@ from typing import Any
 import pytest
 
 from attune.core import messages as m
-from attune.core.bus import COMMAND, REPLY
+from attune.core.bus import COMMAND, REPLY, VOICE_STATUS
 from attune.core.clock import VirtualClock, run
 from attune.core.config import load_config, with_values
 from attune.dialogue.policies import Preferences
@@ -33,7 +33,13 @@ class Talk:
         return [str(spec) for command in self.commands if isinstance(command, m.BringMe) for spec in command.objects]
 
 
-def hold(lines: Sequence[str | float], band: m.Band = "unknown", profiles: ProfileStore | None = None) -> Talk:
+def hold(
+    lines: Sequence[str | float],
+    band: m.Band = "unknown",
+    profiles: ProfileStore | None = None,
+    statuses: list[m.VoiceStatus] | None = None,
+    pause: float = 2.5,
+) -> Talk:
     """Say the lines one after the other; a number waits, "..." waits until the robot rests."""
     clock, talk = VirtualClock(), Talk()
 
@@ -41,11 +47,12 @@ def hold(lines: Sequence[str | float], band: m.Band = "unknown", profiles: Profi
         session = Session(with_values(load_config(environment={}), OPTIONS), clock, profiles=profiles)
         session.bus.on(REPLY, talk.replies.append)
         session.bus.on(COMMAND, talk.commands.append)
+        session.bus.on(VOICE_STATUS, statuses.append if statuses is not None else lambda status: None)
         async with session.running():
             for line in lines:
                 if isinstance(line, str) and line != "...":
                     session.say(line, m.AgeEstimate(band=band, confidence=1.0))
-                    await clock.sleep(2.5)
+                    await clock.sleep(pause)
                 elif isinstance(line, str):
                     await session.settled()
                 else:
@@ -59,6 +66,18 @@ def hold(lines: Sequence[str | float], band: m.Band = "unknown", profiles: Profi
 def test_a_question_stays_open_while_the_person_asks_something_else() -> None:
     talk = hold(["bring me the cup", "what are you doing?", "slower please", "the white one"])
     assert talk.said[0] in talk.said[1]
+    assert talk.wanted() == ["white cup"]
+
+
+def test_a_question_that_was_answered_before_it_was_spoken_is_not_asked_any_more() -> None:
+    """Who types, or answers at once, is faster than the robot's voice."""
+    statuses: list[m.VoiceStatus] = []
+    talk = hold(
+        ["hello", "bring me the cup", "what are you doing?", "the white one", 20.0], statuses=statuses, pause=0.2
+    )
+    asked = [reply.id for reply in talk.replies if reply.text.endswith("?") and "red cup" in reply.text]
+    assert len(asked) == 2
+    assert not [status for status in statuses if status.reply in asked and status.state in {"word", "finished"}]
     assert talk.wanted() == ["white cup"]
 
 

@@ -134,7 +134,7 @@ def test_a_spotted_stop_silences_it_at_once_and_drops_what_was_to_come() -> None
     assert stage.states(after) == ["started", "finished"]
 
 
-def test_what_is_taken_back_is_not_spoken_but_a_sentence_that_was_begun_is_finished() -> None:
+def test_what_is_taken_back_is_not_spoken_and_what_was_begun_ends_with_its_sentence() -> None:
     stage, replies = Stage(), []
 
     async def script() -> None:
@@ -146,7 +146,8 @@ def test_what_is_taken_back_is_not_spoken_but_a_sentence_that_was_begun_is_finis
 
     stage.perform(script)
     begun, waiting = replies
-    assert stage.states(begun) == ["started", "finished"]
+    assert stage.states(begun) == ["started", "interrupted"]
+    assert stage.last(begun).spoken == LONG.partition(" Then")[0]
     assert stage.states(waiting) == ["dropped"]
 
 

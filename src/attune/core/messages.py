@@ -385,7 +385,7 @@ class Reply(Message):
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Retraction(Message):
-    """Announcements that are not true any more: they are not spoken, if they have not been begun yet.
+    """Replies that are overtaken: they are not spoken; one that is being spoken ends with its sentence.
 
     Attributes:
         replies: Their ids.

@@ -78,11 +78,18 @@ class Answerer:
             case "object" | "stock":
                 self._speaker.say("ask", "which_object", cause=cause)
             case _ if state is None or state.step in _RESTING:
-                asked = self._situation.pending
-                situation = "waiting_for_answer" if asked else "idle"
-                self._speaker.say("talk", situation, cause=cause, question=asked.text if asked else "")
+                self._idle(cause)
             case _:
                 self._speaker.say("doing", "as_it_is", cause=cause, repeated=self._doing(state))
+
+    def _idle(self, cause: str) -> None:
+        asked = self._situation.pending
+        if asked is None:
+            self._speaker.say("talk", "idle", cause=cause)
+            return
+        self._speaker.take_back((asked.reply,), cause)
+        reply = self._speaker.say("talk", "waiting_for_answer", cause=cause, question=asked.text)
+        self._situation.pending = replace(asked, reply=reply.id)
 
     def _progress(self, state: RobotState, cause: str) -> None:
         done = sum(item.status == "delivered" for item in state.queue)

@@ -257,7 +257,7 @@ class DialogueBridge:
     # --- acting ------------------------------------------------------------------------------------------------
 
     def _act(self, utterance: Utterance, meaning: Interpretation) -> None:
-        meaning = self._requests.answered(meaning)
+        meaning = self._requests.answered(meaning, utterance.id)
         self._tell(
             "understood", utterance, meaning.reason, intent=meaning.intent, confidence=meaning.confidence,
             add=to_data_list(meaning.add), remove=to_data_list(meaning.remove), destination=meaning.destination,

@@ -1,6 +1,6 @@
 """Tells what the robot does (before it moves) and how it ended, as much as the person wants to hear."""
 
-from attune.core.messages import CommandOutcome, ObjectSpec, RobotState
+from attune.core.messages import CommandOutcome, ObjectSpec, Reply, RobotState
 from attune.dialogue.speaker import Speaker
 from attune.dialogue.wording import an, called, noun, the, where
 
@@ -62,7 +62,7 @@ class Narrator:
             place=_at(place), where=where(place),
         )  # fmt: skip
 
-    def outcome(self, outcome: CommandOutcome, *, several: bool) -> str:
+    def outcome(self, outcome: CommandOutcome, *, several: bool) -> Reply | None:
         """What became of a command.
 
         Args:
@@ -70,7 +70,7 @@ class Narrator:
             several: The command was about several objects; the end of each is told only to who wants all.
 
         Returns:
-            The question that was asked with it, or "".
+            The question that was asked with it, if one was.
         """
         slots = {
             "object": _the_or_it(outcome.object),
@@ -89,7 +89,7 @@ class Narrator:
                     self._speaker.say("deferred", "atomic_step", cause=outcome.id)
             case _:
                 pass
-        return ""
+        return None
 
     def _done(self, outcome: CommandOutcome, several: bool, slots: dict[str, str]) -> None:
         self._deferred.discard(outcome.command)
@@ -112,7 +112,7 @@ class Narrator:
                 thing=slots["thing"],
             )  # fmt: skip
 
-    def _failed(self, outcome: CommandOutcome, several: bool, slots: dict[str, str]) -> str:
+    def _failed(self, outcome: CommandOutcome, several: bool, slots: dict[str, str]) -> Reply | None:
         self._deferred.discard(outcome.command)
         if outcome.alternative is not None and outcome.reason in {
             "not_found",
@@ -121,22 +121,21 @@ class Narrator:
             "grasp_failed",
         }:
             nearest = the(outcome.alternative)
-            offer = self._speaker.say(
+            return self._speaker.say(
                 "ask", "absent_offer", cause=outcome.id, object=noun(outcome.object), nearest=nearest
             )
-            return offer.text
         if outcome.reason in {"stopped", "replaced"}:
-            return ""
+            return None
         if outcome.status == "failed" and outcome.object == ObjectSpec() and not outcome.reason:
             # What failed was told object by object.
             self._speaker.say("failed", "incomplete", cause=outcome.id)
-            return ""
+            return None
         names = (f"{outcome.reason}_{outcome.kind}", outcome.reason)
         situation = next((name for name in names if self._speaker.knows("failed", name)), "other")
         if several and situation == "nothing_to_do" and outcome.object.type:
             situation = "no_more"
         if (outcome.command, situation) == self._refused and (not outcome.object.type or situation != outcome.reason):
-            return ""
+            return None
         self._refused = (outcome.command, situation)
         if outcome.reason == "not_found" and outcome.object.type:
             slots["object"] = an(outcome.object) if outcome.status == "refused" else slots["object"]
@@ -146,7 +145,7 @@ class Narrator:
             "failed", situation, cause=outcome.id, object=slots["object"], place=slots["place"], where=slots["where"],
             thing=slots["thing"],
         )  # fmt: skip
-        return ""
+        return None
 
 
 def _what_begins(state: RobotState, *, new_step: bool, elsewhere: bool, everything: bool) -> str:

@@ -74,12 +74,18 @@ class Requests:
 
     # --- what was said -----------------------------------------------------------------------------------------
 
-    def answered(self, meaning: Interpretation) -> Interpretation:
-        """The whole of what is wanted, if this answers the pending question, which it settles unless it is an aside."""
+    def answered(self, meaning: Interpretation, cause: str) -> Interpretation:
+        """The whole of what is wanted, if this answers the pending question, which it settles unless it is an aside.
+
+        Args:
+            meaning: What was said.
+            cause: Id of the utterance.
+        """
         pending = self._situation.question(self._clock.now())
         if pending is None or meaning.intent in _ASIDES:
             return meaning
         self._situation.pending = None
+        self._speaker.take_back((pending.reply,), cause)
         return completed(meaning, pending)
 
     def act(self, utterance: Utterance, meaning: Interpretation, band: Band) -> None:
@@ -117,7 +123,7 @@ class Requests:
         """Ask what was meant."""
         if meaning.suggestion:
             reply = self._speaker.say("ask", "repair", cause=utterance.id, nearest=meaning.suggestion)
-            self._situation.pending = PendingQuestion(reply.text, self._clock.now())
+            self._situation.pending = PendingQuestion(reply.text, self._clock.now(), reply=reply.id)
             return
         group, situation = _ASKED_BACK.get(meaning.intent, ("ask", "again"))
         unknown = meaning.unknown or "such thing"
@@ -125,7 +131,7 @@ class Requests:
             group, situation = "ask", "which_object"
         reply = self._speaker.say(group, situation, cause=utterance.id, unknown=unknown, repeated=meaning.reply)
         if meaning.reply.endswith("?"):
-            self._situation.pending = PendingQuestion(reply.text, self._clock.now())
+            self._situation.pending = PendingQuestion(reply.text, self._clock.now(), reply=reply.id)
 
     def drop(self) -> None:
         """A stop: nothing that was said before it is confirmed or asked any more."""
@@ -180,7 +186,7 @@ class Requests:
                 reply = self._speaker.say(
                     "ask", "absent_offer", cause=utterance.id, object=noun(found.spec), nearest=the(found.options[0])
                 )
-        self._situation.pending = PendingQuestion(reply.text, self._clock.now(), about, index, found.options)
+        self._situation.pending = PendingQuestion(reply.text, self._clock.now(), about, index, found.options, reply.id)
 
     def _confirm(self, utterance: Utterance, meaning: Interpretation) -> None:
         situation: str = meaning.intent
@@ -233,7 +239,9 @@ class Requests:
         offer = self._narrator.outcome(outcome, several=self._several.get(outcome.command, False))
         if offer and outcome.alternative is not None:
             wanted = Interpretation(intent="bring_me", add=(outcome.object,), destination=outcome.place)
-            self._situation.pending = PendingQuestion(offer, self._clock.now(), wanted, 0, (outcome.alternative,))
+            self._situation.pending = PendingQuestion(
+                offer.text, self._clock.now(), wanted, 0, (outcome.alternative,), offer.id
+            )
 
 
 def _only(meaning: Interpretation, numbers: Sequence[int]) -> Interpretation:

@@ -25,6 +25,7 @@ class PendingQuestion:
         about: What the person wanted, to be completed by the answer; None if nothing is.
         index: Which of its objects the question is about.
         options: The objects that it offers, with all that is known of them.
+        reply: Id of the reply that asks it.
     """
 
     text: str
@@ -32,6 +33,7 @@ class PendingQuestion:
     about: Interpretation | None = None
     index: int = 0
     options: tuple[ObjectSpec, ...] = ()
+    reply: str = ""
 
 
 class Situation:

@@ -131,10 +131,14 @@ class Speaker:
             cause: Id of the message that overtook it.
         """
         overtaken = tuple(id_ for id_, waiting in self._unspoken.items() if waiting == "background")
-        for id_ in overtaken:
-            del self._unspoken[id_]
         if overtaken:
-            self._bus.publish(RETRACTION, Retraction(time=self._clock.now(), cause=cause, replies=overtaken))
+            self.take_back(overtaken, cause)
+
+    def take_back(self, replies: tuple[str, ...], cause: str) -> None:
+        """Let these replies not be spoken, as far as they have not been."""
+        for reply in replies:
+            self._unspoken.pop(reply, None)
+        self._bus.publish(RETRACTION, Retraction(time=self._clock.now(), cause=cause, replies=replies))
 
     def knows(self, group: str, situation: str, *, exactly: bool = False) -> bool:
         """Whether there is a sentence for this (in the very wording of the policy)."""

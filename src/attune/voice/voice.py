@@ -99,8 +99,6 @@ class Voice:
 
     def _take(self, reply: Reply) -> None:
         self._drop({*reply.supersedes, *(r.id for r in self._waiting if r.urgency == "background")})
-        if self._speaking and self._speaking.id in reply.supersedes:
-            self._superseded = True
         if reply.urgency == "urgent":
             urgent = sum(r.urgency == "urgent" for r in self._waiting)
             self._waiting.insert(urgent, reply)
@@ -117,6 +115,8 @@ class Voice:
         for old in [r for r in self._waiting if r.id in ids]:
             self._waiting.remove(old)
             self._tell(old, "dropped", "")
+        if self._speaking and self._speaking.id in ids:
+            self._superseded = True
 
     def _person_speaks(self, activity: SpeechActivity) -> None:
         if not activity.speaking:
