@@ -4,17 +4,22 @@ import csv
 import importlib.util
 import json
 import os
+import shutil
 from dataclasses import replace
 from pathlib import Path
+from typing import NamedTuple
 
 import numpy as np
 import pytest
 import soundfile
+import typer
+from typer.testing import CliRunner
+
+from attune.cli.train_age import train_age
 
 os.environ["HF_HUB_OFFLINE"] = "1"
 
 if importlib.util.find_spec("torch"):
-    from attune.training.pipeline import Outcome, train_age_model
     from attune.training.request import TrainingRequest
     from attune.training.settings import TrainingSettings
 
@@ -159,21 +164,41 @@ def _one_thread() -> None:
         torch.set_num_threads(1)
 
 
+class Trained(NamedTuple):
+    """What `attune train-age` left, and what it printed."""
+
+    model: Path
+    onnx: Path
+    printed: str
+
+
+@pytest.fixture(scope="session")
+def trained(corpus: Path, whisper_folder: Path, tmp_path_factory: pytest.TempPathFactory) -> Trained:
+    """The paper's variant, trained as people do it."""
+    out = tmp_path_factory.mktemp("trained")
+    app = typer.Typer()
+    app.command()(train_age)
+    options = {"common-voice": corpus, "encoder": whisper_folder, "out": out} | {
+        name.replace("_", "-"): getattr(SETTINGS, name)
+        for name in ("batch_size", "epochs", "learning_rate", "patience")
+    }
+    arguments = [str(part) for name, value in options.items() for part in (f"--{name}", value)]
+    result = CliRunner().invoke(app, arguments, catch_exceptions=False)
+    assert result.exit_code == 0
+    return Trained(out / "model", out / "onnx", result.stdout)
+
+
 @pytest.fixture(scope="session")
 def request_for(  # type: ignore[no-untyped-def]
-    corpus: Path, whisper_folder: Path, tmp_path_factory: pytest.TempPathFactory
+    corpus: Path, whisper_folder: Path, trained: Trained, tmp_path_factory: pytest.TempPathFactory
 ):
-    """Makes a request to train on the corpus into a folder of its own."""
+    """Makes a request to train on the corpus into a folder of its own, with or without features computed before."""
 
-    def make(**changes: object) -> "TrainingRequest":
+    def make(*, with_features: bool = True, **changes: object) -> "TrainingRequest":
         out = tmp_path_factory.mktemp("out")
+        if with_features:
+            shutil.copytree(trained.model.parent / "cache", out / "cache")
         base = TrainingRequest(corpus=corpus, out=out, encoder=str(whisper_folder), settings=SETTINGS)
         return replace(base, **changes)  # type: ignore[arg-type]
 
     return make
-
-
-@pytest.fixture(scope="session")
-def trained(request_for) -> "Outcome":  # type: ignore[no-untyped-def]
-    """The paper's variant, trained."""
-    return train_age_model(request_for())

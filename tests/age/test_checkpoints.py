@@ -162,6 +162,7 @@ def test_a_checkpoint_with_missing_weights_is_named(paper_folder: Path, tmp_path
         ({"id2label": {"0": "young", "1": "old"}}, "2 classes"),
         ({"num_classifier_attention_heads": 5}, "5 heads"),
         ({"num_classification_layers": 2}, "more than one"),
+        ({"id2label": {str(index): "sixties" for index in range(9)}}, "one label for each"),
         ({"attune_age": {"pooling": "max"}}, "pooling"),
         ({"attune_age": {"colour": "red"}}, "colour"),
     ],
@@ -174,6 +175,18 @@ def test_a_checkpoint_of_another_kind_is_refused(
     (tmp_path / "config.json").write_text(json.dumps(data | change))
     with pytest.raises((CheckpointError, OptionError), match=message):
         load_age_model(str(tmp_path))
+
+
+def test_labels_in_another_order_are_put_in_ours(paper_folder: Path, tmp_path: Path, speech: np.ndarray) -> None:
+    shutil.copytree(paper_folder, tmp_path, dirs_exist_ok=True)
+    data = json.loads((tmp_path / "config.json").read_text())
+    data["id2label"] = {str(index): group for index, group in enumerate(sorted(AGE_GROUPS))}
+    (tmp_path / "config.json").write_text(json.dumps(data))
+    by_number = load_age_model(str(paper_folder)).probabilities(speech)
+    named = load_age_model(str(tmp_path)).probabilities(speech)
+    assert dict(zip(AGE_GROUPS, named, strict=True)) == pytest.approx(
+        dict(zip(sorted(AGE_GROUPS), by_number, strict=True)), rel=1e-4
+    )
 
 
 @pytest.mark.parametrize("damage", ["model.safetensors", "config.json"])

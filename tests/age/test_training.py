@@ -16,10 +16,10 @@ from attune.speech.age.models import load_age_model
 from attune.speech.age.options import AgeModelOptions
 from attune.training.common_voice import read_common_voice
 from attune.training.losses import age_loss, class_weights
-from attune.training.pipeline import Outcome, train_age_model
+from attune.training.pipeline import train_age_model
 from attune.training.settings import TrainingError
 
-from .conftest import SETTINGS
+from .conftest import SETTINGS, Trained
 
 
 class Interrupted(BaseException):
@@ -35,7 +35,7 @@ def same(first: Path, second: Path) -> bool:
     return all(torch.equal(value, other[key]) for key, value in weights(first).items())
 
 
-def test_it_hears_the_difference_in_voices_it_never_heard(trained: Outcome, corpus: Path) -> None:
+def test_it_hears_the_difference_in_voices_it_never_heard(trained: Trained, corpus: Path) -> None:
     """High and fast against low and slow, in held-out synthetic speakers: nothing about human ages."""
     test = choose_clips(corpus, "held-out", trained.model)
     learnt = read_common_voice(corpus).clips
@@ -44,7 +44,8 @@ def test_it_hears_the_difference_in_voices_it_never_heard(trained: Outcome, corp
     assert len({clip.speaker for clip in test}) == 12
     assert found.binary_accuracy > 0.85
     assert found.binary_baseline < 0.55
-    assert found.binary_accuracy == pytest.approx(trained.kept.after.binary_accuracy, abs=0.02)
+    report = json.loads((trained.model / "training_report.json").read_text())
+    assert found.binary_accuracy == pytest.approx(report["test"]["binary_accuracy"], abs=0.02)
 
 
 def test_without_training_it_hears_nothing(request_for) -> None:  # type: ignore[no-untyped-def]
@@ -53,7 +54,7 @@ def test_without_training_it_hears_nothing(request_for) -> None:  # type: ignore
     assert outcome.kept.after.binary_balanced < 0.65
 
 
-def test_the_folder_has_weights_labels_report_and_card(trained: Outcome) -> None:
+def test_the_folder_has_weights_labels_report_and_card(trained: Trained) -> None:
     assert json.loads((trained.model / "labels.json").read_text()) == list(AGE_GROUPS)
     assert json.loads((trained.model / "config.json").read_text())["id2label"]["3"] == "fourties"
     report = json.loads((trained.model / "training_report.json").read_text())
@@ -68,8 +69,8 @@ def test_the_folder_has_weights_labels_report_and_card(trained: Outcome) -> None
     assert list((trained.model.parent / "runs" / "model" / "logs").glob("events*"))
 
 
-def test_an_interrupted_run_ends_as_if_it_had_not_been(trained: Outcome, request_for) -> None:  # type: ignore[no-untyped-def]
-    request = request_for(settings=replace(SETTINGS, save_every=10))
+def test_an_interrupted_run_ends_as_if_it_had_not_been(trained: Trained, request_for) -> None:  # type: ignore[no-untyped-def]
+    request = request_for(settings=replace(SETTINGS, save_every=10), with_features=False)
 
     def stop_at(step: int, what: str):  # type: ignore[no-untyped-def]
         def watch(name: str, done: int, total: int) -> None:
@@ -104,7 +105,7 @@ def test_a_run_of_another_plan_is_not_taken_up(request_for) -> None:  # type: ig
     assert train_age_model(replace(other, restart=True)).kept.result.resumed_at == 0
 
 
-def test_a_finished_model_is_not_overwritten(trained: Outcome, request_for) -> None:  # type: ignore[no-untyped-def]
+def test_a_finished_model_is_not_overwritten(trained: Trained, request_for) -> None:  # type: ignore[no-untyped-def]
     with pytest.raises(AttuneError, match="already holds"):
         train_age_model(request_for(out=trained.model.parent))
 
@@ -119,17 +120,19 @@ def test_it_stops_when_the_held_out_loss_no_longer_falls(request_for) -> None:  
 
 
 def test_cached_features_and_sound_train_alike(request_for) -> None:  # type: ignore[no-untyped-def]
-    settings = replace(SETTINGS, epochs=2, batch_size=64)
-    cached, sound = (train_age_model(request_for(settings=settings, cached=cached)) for cached in (True, False))
-    assert len(sound.damaged) == len(cached.damaged) == 2
+    settings = replace(SETTINGS, epochs=2, batch_size=32)
+    cached, sound = (
+        train_age_model(request_for(settings=settings, cached=cached, minimum=6)) for cached in (True, False)
+    )
+    assert len(sound.damaged) == len(cached.damaged) == 1
     assert sound.kept.after.count == cached.kept.after.count
     # The order of the clips differs, and the cache rounds to 16 bits.
     assert sound.kept.after.log_loss == pytest.approx(cached.kept.after.log_loss, abs=0.2)
 
 
 def test_unfreezing_changes_the_encoder_and_resumes_too(request_for, whisper_folder: Path) -> None:  # type: ignore[no-untyped-def]
-    settings = replace(SETTINGS, epochs=3, batch_size=32, unfreeze_after=2, encoder_learning_rate=1e-3, save_every=1)
-    whole = train_age_model(request_for(settings=settings))
+    settings = replace(SETTINGS, epochs=3, batch_size=16, unfreeze_after=2, encoder_learning_rate=1e-3, save_every=1)
+    whole = train_age_model(request_for(settings=settings, minimum=6))
     from transformers import WhisperModel
 
     before = WhisperModel.from_pretrained(whisper_folder).encoder.state_dict()
@@ -138,7 +141,7 @@ def test_unfreezing_changes_the_encoder_and_resumes_too(request_for, whisper_fol
     assert torch.equal(before["layers.0.fc1.weight"], after["layers.0.fc1.weight"]) is not learnt
     assert learnt
 
-    interrupted = request_for(settings=settings)
+    interrupted = request_for(settings=settings, minimum=6)
 
     def stop(what: str, done: int, total: int) -> None:
         # Two epochs of 5 steps are with the encoder frozen.
@@ -172,7 +175,7 @@ def test_mixed_precision_trains_too(request_for) -> None:  # type: ignore[no-unt
     for state in (AcceleratorState, GradientState, PartialState):
         state._reset_state()
     settings = replace(SETTINGS, epochs=2, precision="bf16")
-    history = train_age_model(request_for(settings=settings, cached=False)).kept.result.history
+    history = train_age_model(request_for(settings=settings, cached=False, minimum=6)).kept.result.history
     for state in (AcceleratorState, GradientState, PartialState):
         state._reset_state()
     assert history[1].training_loss < history[0].training_loss

@@ -28,6 +28,10 @@ def eval_age(
     older_from: Annotated[str, typer.Option(help="The first group that counts as older.")] = "sixties",
     limit: Annotated[int, typer.Option(min=0, help="Use only so many clips, spread evenly; 0 uses all.")] = 0,
     threads: Annotated[int, typer.Option(min=1, help="Processor cores for onnxruntime.")] = 1,
+    device: Annotated[str, typer.Option(help="For torch: cpu, cuda ...; auto takes a GPU if there is one.")] = "auto",
+    years_per_unit: Annotated[
+        float | None, typer.Option(help="For regressions: what the output 1 stands for, if not the usual.")
+    ] = None,
     out: Annotated[Path, typer.Option(help="Gets age.md, age.json and confusion.png.")] = Path("age-evaluation"),
     as_json: Annotated[bool, typer.Option("--json", help="Print the results as JSON.")] = False,
 ) -> None:
@@ -50,7 +54,7 @@ def eval_age(
     clips = choose_clips(common_voice, part.value, training or (fetch(model) if part is PartName.HELD_OUT else None))
     if 0 < limit < len(clips):
         clips = tuple(clips[index * len(clips) // limit] for index in range(limit))
-    loaded = load_age_model(model, threads=threads)
+    loaded = load_age_model(model, device=device, years_per_unit=years_per_unit, threads=threads)
     with Progress(console=Console(stderr=True)) as bars:
         task = bars.add_task("estimating", total=len(clips))
         evaluation = evaluate_age(

@@ -57,16 +57,18 @@ class Length(StrEnum):
 
 def train_age(
     common_voice: Annotated[Path, typer.Option(help="Folder of one language: TSV files and clips.")],
-    out: Annotated[Path, typer.Option(help="Gets model/, logs/, cache/ and what is needed to go on.")] = Path(
-        "age-model"
-    ),
+    out: Annotated[
+        Path, typer.Option(help="Gets model/, onnx/, runs/ (logs, what is needed to go on) and cache/.")
+    ] = Path("age-model"),
     encoder: Annotated[str, typer.Option(help="Folder or hub name of a Whisper model.")] = "openai/whisper-small",
     epochs: Annotated[int, typer.Option(help="Passes over the data.")] = 10,
     batch_size: Annotated[int, typer.Option(help="Clips per step and process.")] = 32,
     learning_rate: Annotated[float, typer.Option(help="Of the classifier, after the warm-up.")] = 1e-3,
+    warmup: Annotated[float, typer.Option(help="Share of all steps over which the rates rise.")] = 0.1,
     unfreeze_after: Annotated[
         int | None, typer.Option(help="Epochs after which the encoder learns too; never if not given.")
     ] = None,
+    encoder_learning_rate: Annotated[float, typer.Option(help="Of the encoder, once it learns.")] = 1e-5,
     pooling: Annotated[Pooling, typer.Option(help="How frames become one vector.")] = Pooling.MEAN,
     layers: Annotated[Layers, typer.Option(help="The last encoder layer, or a learnt sum.")] = Layers.LAST,
     targets: Annotated[Targets, typer.Option(help="Nine classes, or their order too.")] = Targets.GROUPS,
@@ -132,6 +134,8 @@ def train_age(
             epochs=epochs,
             batch_size=batch_size,
             learning_rate=learning_rate,
+            warmup=warmup,
+            encoder_learning_rate=encoder_learning_rate,
             unfreeze_after=unfreeze_after,
             class_weights="balanced" if class_weights else "none",
             precision=precision.value,

@@ -125,7 +125,9 @@ class _Trial:
         self.damaged: dict[str, str] = {}
         if request.cached:
             self._cache = self._filled_cache()
-            self.damaged |= self._cache.failed
+            # The cache may know more clips than this request takes.
+            names = {clip.path.name for part in (split.training, split.validation, split.test) for clip in part}
+            self.damaged |= {name: why for name, why in self._cache.failed.items() if name in names}
 
     def run(self, name: str, options: AgeModelOptions) -> tuple[Variant, WhisperAgeClassifier]:
         """Train one variant and measure it on the test clips."""

@@ -19,7 +19,7 @@ class TrainingRequest:
 
     Attributes:
         corpus: Common Voice of one language.
-        out: Gets `model`, `logs`, `cache` and, until training is done, the state to go on from.
+        out: Gets `model`, `runs` (logs and, until training is done, the state to go on from) and `cache`.
         encoder: Folder or hub name of the pre-trained Whisper model.
         files: TSV files that are merged.
         minimum: Clips that a speaker must have.

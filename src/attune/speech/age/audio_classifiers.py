@@ -67,13 +67,15 @@ class HubAudioClassifier:
         folder: Of the model.
         years_per_unit: What the output 1 of a regression stands for; None takes the usual unit of the layout (100
             for age-and-gender models, 1 otherwise).
+        device: Where to run: `cpu`, `cuda` ...
 
     Raises:
         CheckpointError: The layout is not known, or the weights do not fit.
         LabelMappingError: The labels name no ages.
     """
 
-    def __init__(self, folder: Path, years_per_unit: float | None = None) -> None:
+    def __init__(self, folder: Path, years_per_unit: float | None = None, device: str = "cpu") -> None:
+        self._device = device
         config = read_config(folder)
         self._whisper_bands = int(config.get("num_mel_bins", 80)) if config.get("model_type") == "whisper" else 0
         self._extractor = None
@@ -96,17 +98,17 @@ class HubAudioClassifier:
             if settings.num_labels > 1:
                 labels = [str(settings.id2label[index]) for index in range(settings.num_labels)]
                 self._matrix = groups_from_labels(labels)
-        self._model.eval()
+        self._model.eval().to(device)
 
     def probabilities(
         self, samples: NDArray[np.float32], features: NDArray[np.float32] | None = None
     ) -> NDArray[np.float64]:
         """Over the nine groups, shape (9,), from 16 kHz mono samples."""
         with torch.inference_mode():
-            output = self._model(self._input(samples))
+            output = self._model(self._input(samples).to(self._device))
             if isinstance(output, Tensor):
                 return groups_from_years(float(output[0]) * self._unit)
-            logits = output.logits[0].double()
+            logits = output.logits[0].double().cpu()
             if self._matrix is None:
                 return groups_from_years(float(logits[0]) * self._unit)
             return cast(NDArray[np.float64], torch.softmax(logits, dim=-1).numpy() @ self._matrix)

@@ -19,6 +19,7 @@ from transformers import WhisperConfig
 
 from attune.core.errors import AttuneError
 from attune.core.messages import AGE_GROUPS
+from attune.speech.age.groups import groups_from_labels
 from attune.speech.age.hub import fetch
 from attune.speech.age.options import AgeModelOptions
 from attune.speech.age.whisper_classifier import WhisperAgeClassifier
@@ -44,6 +45,7 @@ def load_classifier(name: str, revision: str | None = None) -> WhisperAgeClassif
     Raises:
         ModelNotFoundError: The folder or hub entry cannot be had.
         CheckpointError: What is there is not a Whisper age classifier with nine groups.
+        LabelMappingError: Its labels name no ages.
     """
     folder = fetch(name, revision)
     data = read_config(folder)
@@ -52,6 +54,7 @@ def load_classifier(name: str, revision: str | None = None) -> WhisperAgeClassif
     options = _options_of(data, folder)
     model = WhisperAgeClassifier(_whisper_config(data), options)
     _fill(model, _renamed(read_weights(folder)), folder)
+    _order_groups(model, data, folder)
     model.eval()
     return model
 
@@ -237,6 +240,21 @@ def _fill(model: WhisperAgeClassifier, weights: dict[str, torch.Tensor], folder:
             "Give a checkpoint of this kind, or use `load_age_model` for general audio classifiers",
         )
     model.load_state_dict(weights)
+
+
+def _order_groups(model: WhisperAgeClassifier, data: dict[str, Any], folder: Path) -> None:
+    """Turn the outputs into the order of `AGE_GROUPS`, where the labels say that theirs is another."""
+    if not isinstance(data.get("id2label"), dict):
+        return
+    labels = [str(label) for _, label in sorted(data["id2label"].items(), key=lambda item: int(item[0]))]
+    groups = groups_from_labels(labels).argmax(axis=1).tolist()
+    if sorted(groups) != list(range(len(AGE_GROUPS))):
+        raise CheckpointError(f"{folder} does not have one label for each age group: {labels}", "Give another model")
+    rows = [groups.index(group) for group in range(len(AGE_GROUPS))]
+    classifier = model.head.classifier
+    with torch.no_grad():
+        for values in (classifier.weight, classifier.bias):
+            values.copy_(values[rows].clone())
 
 
 def _state(model: WhisperAgeClassifier) -> dict[str, torch.Tensor]:

@@ -91,8 +91,8 @@ def groups_from_labels(labels: Sequence[str]) -> NDArray[np.float64]:
     """How a classifier's labels spread over the nine groups.
 
     A label may carry more than the age (`female_20-29`). The years that a label covers are taken as equally likely.
-    Nine labels without meaning (`LABEL_0` ...) are taken as the nine groups in their order, as in the checkpoint of
-    the paper's authors.
+    Nine labels without meaning (`LABEL_0` ..., or numbers) are taken as the nine groups in their order, as in the
+    checkpoint of the paper's authors.
 
     Returns:
         Shape (number of labels, 9), each row sums to 1: `probabilities_of_labels @ matrix` is over the groups.
@@ -100,7 +100,7 @@ def groups_from_labels(labels: Sequence[str]) -> NDArray[np.float64]:
     Raises:
         LabelMappingError: A label names no age.
     """
-    if len(labels) == len(AGE_GROUPS) and all(re.fullmatch(r"LABEL_\d+", label) for label in labels):
+    if len(labels) == len(AGE_GROUPS) and all(re.fullmatch(r"(LABEL_)?\d", label) for label in labels):
         return np.eye(len(AGE_GROUPS))
     counts = np.zeros((len(labels), len(AGE_GROUPS)))
     for row, label in zip(counts, labels, strict=True):

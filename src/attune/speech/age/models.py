@@ -62,7 +62,7 @@ def load_age_model(
 
     Args:
         name: Folder or hub name. A folder with `model.onnx` is run by onnxruntime, without torch.
-        device: For models that run in torch.
+        device: For models that run in torch: `cpu`, `cuda` ..., or `auto`, which is a GPU where torch sees one.
         years_per_unit: For regressions: what the output 1 stands for; None takes the layout's usual unit.
         threads: For onnxruntime.
 
@@ -78,13 +78,17 @@ def load_age_model(
 
         return OnnxAgeModel(folder, threads=threads)
     require("torch", "transformers")
+    if device == "auto":
+        import torch
+
+        device = "cuda" if torch.cuda.is_available() else "cpu"
     if _is_attention_classifier(folder):
         from attune.speech.age.checkpoints import load_classifier
 
         return WhisperAgeModel(load_classifier(str(folder)), device)
     from attune.speech.age.audio_classifiers import HubAudioClassifier
 
-    return HubAudioClassifier(folder, years_per_unit)
+    return HubAudioClassifier(folder, years_per_unit, device)
 
 
 def _is_attention_classifier(folder: Path) -> bool:
