@@ -51,6 +51,8 @@ def _random_whisper_small(folder: Path) -> Path:
 
 
 def _inference(whisper: Path, folder: Path) -> dict[str, Any]:
+    import torch
+
     from attune.speech.age.checkpoints import new_classifier
     from attune.speech.age.features import log_mel
     from attune.speech.age.models import WhisperAgeModel
@@ -80,6 +82,9 @@ def _inference(whisper: Path, folder: Path) -> dict[str, Any]:
         )
         figures[f"onnx {kind} [MB]"] = round((folder / kind / "model.onnx").stat().st_size / 1e6)
     figures["export to int8 [s]"] = round(exporting, 1)
+    if torch.cuda.is_available():
+        on_gpu = WhisperAgeModel(model, "cuda")
+        figures["torch on the GPU"] = _times(lambda: on_gpu.probabilities_of_features(features), 20)
     return figures
 
 

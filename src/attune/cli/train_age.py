@@ -110,10 +110,16 @@ def train_age(
 
     from attune.cli.age_options import age_group
     from attune.speech.age.options import AgeModelOptions
-    from attune.training.pipeline import train_age_model
+    from attune.training.pipeline import MODEL_FOLDER, train_age_model
     from attune.training.request import TrainingRequest
     from attune.training.settings import TrainingSettings
 
+    fast = out / "onnx"
+    if onnx and not restart and (out / MODEL_FOLDER).exists() and not fast.exists():
+        # The run was interrupted after the training, or did without.
+        _export(out / MODEL_FOLDER, fast)
+        typer.echo(f"{out / MODEL_FOLDER} was trained already; its fast form: {fast}")
+        return
     console = Console(stderr=True)
     request = TrainingRequest(
         corpus=common_voice,
@@ -161,12 +167,12 @@ def train_age(
     if not outcome.is_main:
         return
     if onnx:
-        _export(outcome.model, out / "onnx")
+        _export(outcome.model, fast)
     if as_json:
         typer.echo(json.dumps(outcome.report, indent=2))
         return
     _print(outcome, Console())
-    typer.echo(f"model: {outcome.model}" + (f"\nfast form: {out / 'onnx'}" if onnx else ""))
+    typer.echo(f"model: {outcome.model}" + (f"\nfast form: {fast}" if onnx else ""))
 
 
 def _export(model: Path, folder: Path) -> None:
