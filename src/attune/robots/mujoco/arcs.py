@@ -17,9 +17,10 @@ from attune.robots.mujoco.arm_paths import joint_path
 from attune.robots.mujoco.carry import folding_path
 from attune.robots.mujoco.frames import Frame
 from attune.robots.mujoco.imagination import Imagination
-from attune.robots.mujoco.kinematics import rotation
+from attune.robots.mujoco.kinematics import ArmKinematics, rotation
 from attune.robots.mujoco.kitchen import handle_name, joint_name
-from attune.robots.mujoco.reaching import comfort, finer, follow, stacked, straight
+from attune.robots.mujoco.reaching import finer, follow, stacked, straight
+from attune.robots.mujoco.tracking import Tracks
 
 Array = NDArray[np.float64]
 
@@ -42,6 +43,9 @@ _STEP = 0.05
 ROOMS = (0.02, 0.008)
 """Left around the arm while the container moves [m]: the first that is possible."""
 _STARTS = 5
+_PAN_STEP = 0.04
+_APART = 0.3
+"""Between the shoulder pans with which two joint paths along the same way begin, at least [rad]."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -103,6 +107,7 @@ def find_arcs(
     posture: Array,
     rng: np.random.Generator,
     room: float,
+    completions: int = 12,
 ) -> Iterator[Arc | None]:
     """Ways to move a container from where the base stands; each step is one short piece of work.
 
@@ -115,6 +120,7 @@ def find_arcs(
         posture: The arm's configuration at the beginning.
         rng: For the searches.
         room: Left around the arm while the container moves [m].
+        completions: How many ways of the handle are tried to the end.
     """
     kinematics, torso = world.kinematics[arm], world.torso_frame()
     middle = torso.position + torso.rotation @ kinematics.geometry.shoulder
@@ -123,16 +129,26 @@ def find_arcs(
     possible = _reachable(world, arm, ways)
     yield None
     for index in possible[:_WAYS]:
-        way = ways[index]
-        position, orientation = stacked(torso, way[:1])
-        starts, _ = kinematics.solutions(position, orientation, kinematics.pan_grid(0.2))
-        starts = starts[np.argsort(comfort(kinematics, starts))]
-        for start in starts[:_STARTS]:
-            swing = kinematics.follow(start, *stacked(torso, way))
-            if swing is None or not _swings_free(world, arm, container, swing, span, room):
-                continue
-            yield _complete(world, arm, container, swing, way, span, posture, rng)
+        for swing in _swings(kinematics, *stacked(torso, ways[index])):
+            if _swings_free(world, arm, container, swing, span, room):
+                yield _complete(world, arm, container, swing, ways[index], span, posture, rng)
+                completions -= 1
+                if completions <= 0:
+                    return
         yield None
+
+
+def _swings(kinematics: ArmKinematics, position: Array, orientation: Array) -> Iterator[Array]:
+    """Different joint paths along hand poses, shape (n, 7) each, the smoothest first."""
+    pans = kinematics.pan_grid(_PAN_STEP)
+    branches = [Tracks(kinematics, position, orientation, pans, branch) for branch in (1.0, -1.0)]
+    costs = np.stack([tracks.costs for tracks in branches])
+    for _ in range(_STARTS):
+        branch, column = np.unravel_index(int(np.argmin(costs)), costs.shape)
+        if not np.isfinite(costs[branch, column]):
+            return
+        yield branches[branch].path(int(column))
+        costs[branch, np.abs(pans - pans[column]) < _APART] = np.inf
 
 
 def _reachable(world: Imagination, arm: Arm, ways: Sequence[Sequence[Frame]]) -> list[int]:

@@ -61,6 +61,20 @@ def rotation(axis: int, angle: Array | float) -> Array:
     return matrix
 
 
+def _about_z_and_y(first: Array, second: Array) -> Array:
+    """`rotation(2, first) @ rotation(1, second)`, written out because it is needed most often, shape (n, 3, 3)."""
+    c, s, cy, sy = np.cos(first), np.sin(first), np.cos(second), np.sin(second)
+    rows = ((c * cy, -s, c * sy), (s * cy, c, s * sy), (-sy, np.zeros_like(c), cy))
+    return np.moveaxis(np.array(rows), 2, 0)
+
+
+def _about_x_and_y(first: Array, second: Array) -> Array:
+    """`rotation(0, first) @ rotation(1, second)`, shape (n, 3, 3)."""
+    c, s, cy, sy = np.cos(first), np.sin(first), np.cos(second), np.sin(second)
+    rows = ((cy, np.zeros_like(c), sy), (s * sy, c, -s * cy), (-c * sy, s, c * cy))
+    return np.moveaxis(np.array(rows), 2, 0)
+
+
 class ArmKinematics:
     """Forward and inverse kinematics of one arm, in the frame of the torso's link."""
 
@@ -124,7 +138,7 @@ class ArmKinematics:
         roll = np.arctan2(side, upward)
         rise = across * upward
         lift = np.arctan2(v[:, 0] * rise - v[:, 2] * along, v[:, 0] * along + v[:, 2] * rise)
-        fore_frame = rotation(2, pan) @ rotation(1, lift) @ rotation(0, roll) @ rotation(1, elbow)
+        fore_frame = _about_z_and_y(pan, lift) @ _about_x_and_y(roll, elbow)
         hand = np.swapaxes(fore_frame, 1, 2) @ orientation
         flex = -np.arccos(np.clip(hand[:, 0, 0], -1.0, 1.0))
         # hand = Rx(fore roll) Ry(flex) Rx(wrist roll), with sin(flex) <= 0
@@ -161,45 +175,6 @@ class ArmKinematics:
     def branch(self, q: Array) -> Array:
         """Which branch each configuration lies on, shape (n,)."""
         return np.where(np.cos(q[:, 2]) >= 0.0, 1.0, -1.0)
-
-    def follow(
-        self, start: Array, position: Array, orientation: Array, wander: float = 0.06, jump: float = 0.5
-    ) -> Array | None:
-        """A continuous joint path along a series of poses.
-
-        The shoulder's pan may wander a little from one pose to the next where that keeps the joints within limits.
-
-        Args:
-            start: Configuration at the first pose, shape (7,).
-            position: Shape (n, 3), the first being where `start` is.
-            orientation: Shape (n, 3, 3).
-            wander: Largest change of the pan between two poses [rad].
-            jump: Largest change of any joint between two poses [rad].
-
-        Returns:
-            Configurations, shape (n, 7), the first being `start`; None when the poses cannot be followed.
-        """
-        path = [start]
-        offsets = np.linspace(-wander, wander, 7)
-        offsets = offsets[np.argsort(np.abs(offsets), kind="stable")]
-        branches = np.full(len(offsets), self.branch(start[None])[0])
-        low, high = self.geometry.low, self.geometry.high
-        centre = (np.where(self.continuous, 0.0, low) + np.where(self.continuous, 0.0, high)) / 2
-        span = (high - low) / 2
-        for p, r in zip(position[1:], orientation[1:], strict=True):
-            last = path[-1]
-            count = len(offsets)
-            q, good = self.inverse(np.tile(p, (count, 1)), np.tile(r, (count, 1, 1)), last[0] + offsets, branches)
-            q = self.unwrap(q, last)
-            change = np.max(np.abs(q - last), axis=1)
-            good &= change <= jump
-            if not good.any():
-                return None
-            # Prefer small steps, but move away from the limits when they come near.
-            near = np.max(np.abs(q - centre) / span, axis=1)
-            cost = change + 4.0 * np.maximum(0.0, near - 0.9) + np.where(good, 0.0, 1e9)
-            path.append(q[int(np.argmin(cost))])
-        return np.stack(path)
 
     def unwrap(self, q: Array, near: Array) -> Array:
         """`q` with its continuous joints turned by whole turns to be nearest to `near`; shapes broadcast."""

@@ -130,7 +130,7 @@ def handle_poses(
     for room in ROOMS:
 
         def prove(arm: Arm, room: float = room) -> bool:
-            search = find_arcs(worlds[arm], arm, container, ways, span, FOLDED[arm], rng, room)
+            search = find_arcs(worlds[arm], arm, container, ways, span, FOLDED[arm], rng, room, _COMPLETIONS)
             return any(arc is not None for arc in search)
 
         found = False

@@ -5,6 +5,7 @@ from collections.abc import Sequence
 import numpy as np
 from numpy.typing import NDArray
 
+from attune.robots.mujoco import tracking
 from attune.robots.mujoco.frames import Frame
 from attune.robots.mujoco.kinematics import ArmKinematics
 
@@ -62,7 +63,7 @@ def straight(start: Frame, end: Frame, step: float = STEP) -> list[Frame]:
 def follow(kinematics: ArmKinematics, torso: Frame, start: Array, frames: Sequence[Frame]) -> Array | None:
     """A joint path of the hand along poses, from configuration `start` at the first one; None where there is none."""
     position, orientation = stacked(torso, frames)
-    path = kinematics.follow(start, position, orientation)
+    path = tracking.follow(kinematics, start, position, orientation)
     return None if path is None else finer(path, _TURN)
 
 
