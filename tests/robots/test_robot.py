@@ -11,6 +11,7 @@ from attune.core.messages import ObjectSpec
 from attune.core.scene import load_scene
 from attune.robots.interface import (
     BasePose,
+    Collision,
     LookTarget,
     OpenTarget,
     PathBlocked,
@@ -27,12 +28,12 @@ STILL = 0.02
 Scenario = Callable[[MujocoRobot, VirtualClock], Awaitable[None]]
 
 
-def play(scenario: Scenario) -> None:
+def play(scenario: Scenario, config: RobotConfig = RobotConfig()) -> None:
     """Run a scenario with a ticking robot in the default kitchen, in virtual time."""
     clock = VirtualClock()
 
     async def main() -> None:
-        robot = MujocoRobot(load_scene(), clock, RobotConfig())
+        robot = MujocoRobot(load_scene(), clock, config)
         failure: list[Exception] = []
         async with anyio.create_task_group() as tasks:
             tasks.start_soon(robot.run)
@@ -100,6 +101,36 @@ def test_it_brings_a_cup_from_the_counter_to_the_island() -> None:
         assert math.dist(robot.world.object_pose(CUP).position, goal) < 0.02
         assert robot.world.place_of(CUP) == "island"
         assert robot.world.is_upright(CUP)
+
+    play(scenario)
+
+
+def test_a_cup_is_carried_and_put_down_by_friction_alone() -> None:
+    async def scenario(robot: MujocoRobot, clock: VirtualClock) -> None:
+        arm = await robot.pick(await stand_before(robot, CUP))
+        goal = robot.world.scene.surface("island").to_map(0.35, -0.2)
+        await go_to(robot, PlaceTarget(arm, goal))
+        assert robot.status().holding == {arm: CUP}
+        await robot.place(arm, goal)
+        assert math.dist(robot.world.object_pose(CUP).position, goal) < 0.04
+        assert robot.world.is_upright(CUP)
+
+    play(scenario, RobotConfig(friction_only=True))
+
+
+def test_pressed_against_the_table_it_gets_away_and_goes_on() -> None:
+    async def scenario(robot: MujocoRobot, clock: VirtualClock) -> None:
+        await robot.park_arms()
+        await robot.navigate(BasePose(3.1, 1.7, 0.0))
+        # Somebody pushes it.
+        while not robot.world.forbidden_contacts():
+            robot.world.command("base_x", robot.world.base().x + 0.01)
+            await clock.sleep(STILL)
+        with pytest.raises(Collision):
+            await robot.navigate(BasePose(2.9, 0.9, 0.0))
+        await robot.park_arms()
+        assert robot.world.forbidden_contacts() == ()
+        await robot.navigate(BasePose(2.9, 0.9, 0.0))
 
     play(scenario)
 

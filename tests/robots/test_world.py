@@ -147,6 +147,43 @@ def test_the_hand_may_touch_only_what_it_is_permitted_to(
     assert world.object_pose("red_milk").position[1] > tool(world)[1] - 0.06
 
 
+def bumps_on_the_way(world: World, joint: str, goal: float) -> set[tuple[str, str]]:
+    met: set[tuple[str, str]] = set()
+    while abs(world.joint_position(joint) - goal) > 0.002:
+        step = float(np.clip(goal - world.joint_position(joint), -0.002, 0.002))
+        world.command(joint, world.joint_position(joint) + step, step / TICK)
+        world.tick()
+        met.update(world.bumps())
+    return met
+
+
+@pytest.mark.parametrize("put_down", [False, True])
+def test_what_is_carried_may_touch_a_table_only_where_it_is_lifted_and_put_down(
+    scene: Scene, *, put_down: bool
+) -> None:
+    world = at_table(scene)
+    put_between_pads(world, "red_cup")
+    close(world)
+    height = world.joint_position("torso_lift_joint")
+    assert bumps_on_the_way(world, "torso_lift_joint", height + 0.04) == set()
+    world.lower("right" if put_down else None)
+    expected = set() if put_down else {("red_cup", "table")}
+    assert bumps_on_the_way(world, "torso_lift_joint", height - 0.002) == expected
+
+
+def test_what_is_carried_must_not_shove_other_things(scene: Scene) -> None:
+    world = at_table(scene)
+    put_between_pads(world, "red_cup")
+    close(world)
+    move(world, "torso_lift_joint", HAND_OVER_TABLE + 0.02, 0.1)
+    x, y, _ = world.object_pose("red_cup").position
+    world.move_object("red_milk", (x + 0.12, y, 0.741))
+    wait(world, 0.3)
+    assert world.bumps() == ()
+    world.lower("right")
+    assert ("red_cup", "red_milk") in bumps_on_the_way(world, "base_x", world.base().x + 0.06)
+
+
 def test_the_gripper_pulls_a_drawer_open_by_its_handle_and_lets_go(scene: Scene) -> None:
     world = make(scene, BEFORE_DRAWER)
     world.command_gripper("right", pr2.GRIPPER_OPEN)

@@ -2,7 +2,7 @@
 
 import math
 import time
-from collections.abc import Callable, Iterator
+from collections.abc import Callable, Iterator, Sequence
 from dataclasses import dataclass, field
 
 from attune.core.bus import PLAN
@@ -32,7 +32,7 @@ class Trial:
         error: From where it was meant to be put to where it stands [m]; nan when it failed.
         retries: Attempts after the first.
         setbacks: Each part of the plan that failed on the way: its name and why.
-        contacts: Forbidden contacts: robot part and thing.
+        contacts: Forbidden contacts: robot part or carried object, and thing.
         robot_time: [s].
         computing_time: Processor time [s].
         searches: Processor time of each search for base poses to grasp from [s].
@@ -121,7 +121,7 @@ class Trier:
             at_rest = await kitchen.settle()
 
         def watch() -> None:
-            record.contacts.update(robot.world.forbidden_contacts())
+            record.contacts.update((*robot.world.forbidden_contacts(), *robot.world.bumps()))
 
         kitchen.play(script, meanwhile=lambda: kitchen.clock.every(WATCH_PERIOD, watch))
         error = _error(kitchen)
@@ -144,6 +144,7 @@ def evaluate_robot(
     *,
     seed: int = 0,
     jobs: int = 1,
+    only: Sequence[int] = (),
     on_progress: Callable[[int, int], None] = lambda done, total: None,
 ) -> RobotEvaluation:
     """Play so many possible tasks; impossible draws come apart.
@@ -152,9 +153,10 @@ def evaluate_robot(
         trials: How many.
         seed: Of the tasks.
         jobs: Processes that work at the same time.
+        only: Numbers of the tasks to play, instead of the first `trials` possible ones.
         on_progress: Told how many trials of how many are done.
     """
-    numbers = tuple(_possible_and_not(seed, trials))
+    numbers = tuple(only or _possible_and_not(seed, trials))
     played: list[Trial] = []
     impossible: list[Draw] = []
     for result in in_parallel(Trier(seed), numbers, jobs):
@@ -162,7 +164,7 @@ def evaluate_robot(
             impossible.append(result)
         else:
             played.append(result)
-            on_progress(len(played), trials)
+            on_progress(len(played), len(only) or trials)
     return RobotEvaluation(seed, tuple(played), tuple(impossible))
 
 

@@ -31,17 +31,27 @@ def to_data(evaluation: RobotEvaluation) -> dict[str, Any]:
         "setbacks": dict(Counter(text for trial in trials for text in trial.setbacks).most_common()),
         "contacts": dict(Counter(text for trial in trials for text in trial.contacts).most_common()),
         "failures": [
-            {"trial": trial.draw.number, "task": _task(trial), "problem": trial.problem, "setbacks": trial.setbacks}
+            {
+                "trial": trial.draw.number,
+                "task": _task(trial),
+                "problem": trial.problem,
+                "retries": trial.retries,
+                "setbacks": trial.setbacks,
+                "contacts": trial.contacts,
+                "robot_time_s": round(trial.robot_time, 1),
+                "computing_time_s": round(trial.computing_time, 1),
+            }
             for trial in trials
             if trial.problem
         ],
+        "touched": {trial.draw.number: trial.contacts for trial in trials if trial.contacts},
         "not_possible": dict(Counter(draw.why_not for draw in evaluation.impossible).most_common()),
     }
 
 
 def to_markdown(evaluation: RobotEvaluation) -> str:
     """For people."""
-    data, trials = to_data(evaluation), evaluation.trials
+    data = to_data(evaluation)
     lines = [
         f"# Fetch and place: {data['succeeded']} of {data['trials']}",
         "",
@@ -66,7 +76,14 @@ def to_markdown(evaluation: RobotEvaluation) -> str:
         lines += [f"| {name} | {row['succeeded']} of {row['trials']} | {row['retries']} |"
                   for name, row in data[key].items()]  # fmt: skip
     lines += ["", f"## Failed: {len(data['failures'])}", ""]
-    lines += [f"- {trial.draw.number}: {_task(trial)}: {trial.problem}" for trial in trials if trial.problem]
+    if data["failures"]:
+        lines += [f"Each can be played alone: `attune eval robot --seed {evaluation.seed} --only NUMBER`.", ""]
+    for failure in data["failures"]:
+        lines.append(f"- {failure['trial']}: {failure['task']}: {failure['problem']}; retries: {failure['retries']}")
+        lines += [f"    - {text}" for text in (*failure["setbacks"], *failure["contacts"])]
+    if data["touched"]:
+        lines += ["", "## Trials with forbidden contacts", ""]
+        lines += [f"- {number}: {'; '.join(contacts)}" for number, contacts in data["touched"].items()]
     for title, key in (("Setbacks on the way", "setbacks"), ("Contacts", "contacts"), ("Not possible", "not_possible")):
         lines += ["", f"## {title}", ""]
         lines += [f"- {count} x {text}" for text, count in data[key].items()]

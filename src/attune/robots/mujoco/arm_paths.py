@@ -20,7 +20,7 @@ from attune.robots.mujoco.reaching import follow, straight
 
 Array = NDArray[np.float64]
 
-_STEPS = 160
+_STEPS = 80
 """Of the tree search."""
 _JOINT_STEP = 0.03
 """Between two collision checks [rad]."""
@@ -42,7 +42,7 @@ def joint_path(world: Imagination, arm: Arm, start: Array, goal: Array, rng: np.
     def edge(a: Array, b: Array) -> Array | None:
         count = max(2, int(np.max(np.abs(b - a)) / _JOINT_STEP) + 2)
         line = np.linspace(a, b, count)
-        return line if world.all_free(arm, line[_sparse_first(count)]) else None
+        return line if world.all_free(arm, line[sparse_first(count)]) else None
 
     leaving, coming = _raised(world, arm, start), _raised(world, arm, goal)
     for out, back in sorted(product(leaving, coming), key=lambda pair: len(pair[0]) + len(pair[1])):
@@ -108,7 +108,7 @@ def upright_path(world: Imagination, arm: Arm, start: Array, goal: Array, rng: n
         change = np.abs(q[1:] - kinematics.unwrap(q[:-1], q[1:]))
         if change.max() > _JUMP:
             return None
-        return points if world.all_free(arm, q[_sparse_first(count)]) else None
+        return points if world.all_free(arm, q[sparse_first(count)]) else None
 
     low = np.minimum(first, last) - _UPRIGHT_SPREAD
     high = np.maximum(first, last) + _UPRIGHT_SPREAD
@@ -130,8 +130,8 @@ _UPRIGHT_STEPS = np.array([0.02, 0.02, 0.02, 0.05, 0.05])
 _UPRIGHT_SPREAD = np.array([0.15, 0.15, 0.15, 0.6, 0.5])
 
 
-def _sparse_first(count: int) -> NDArray[np.intp]:
-    """1 to `count` - 1, the last and then every eighth first: a way that is not free is soon found out."""
+def sparse_first(count: int) -> NDArray[np.intp]:
+    """1 to `count` - 1, the last and then every eighth first: so a way that is not free is soon found out."""
     index = np.arange(count - 1, 0, -1)
     return np.concatenate([index[start::8] for start in (0, 4, 2, 6, 1, 3, 5, 7)])
 

@@ -126,15 +126,17 @@ class Manipulation:
         chosen = await self._plan_place(arm, held, position)
         plan = chosen.plan
         await self._motions.bend(arm, chosen.reach)
-        await self._motions.bend(arm, plan.lower, _SLOW)
-        if self._world.held(arm) is None:
-            self._beliefs.released(arm)
-            raise ObjectLost(name, arm)
-        self._world.permit(arm, (name,))
+        self._world.lower(arm)
         try:
+            await self._motions.bend(arm, plan.lower, _SLOW)
+            if self._world.held(arm) is None:
+                self._beliefs.released(arm)
+                raise ObjectLost(name, arm)
+            self._world.permit(arm, (name,))
             await self._release(arm, plan.placed)
             await self._motions.bend(arm, plan.retreat, _SLOW)
         finally:
+            self._world.lower(None)
             self._world.permit(arm, ())
         await self._motions.bend(arm, chosen.fold)
         await self._verify(name, position)

@@ -1,4 +1,4 @@
-"""What the robot touches: forces at the pads, and contacts that should not be."""
+"""What the robot and what it carries touch: forces at the pads, and contacts that should not be."""
 
 from collections.abc import Iterable, Mapping
 from typing import Any
@@ -13,6 +13,10 @@ from attune.robots.mujoco.kitchen import handle_name, leaf_name
 
 FLOOR = "floor"
 """What the floor is called as a thing that is touched."""
+_LEFT = 5
+"""Updates without a contact after which something carried has left what it stood on: it may rattle when lifted."""
+_UPWARD = 0.7
+"""Vertical share of the normal of a contact with what something stands on, at least."""
 _ARM_BITS: Mapping[Arm, int] = {"right": contact.RIGHT_ARM, "left": contact.LEFT_ARM}
 
 
@@ -37,12 +41,17 @@ class Touch:
         self._graspable = [geom in handles or body in objects for geom, body in enumerate(geom_body)]
         self._permitted: dict[Arm, frozenset[str]] = dict.fromkeys(ARMS, frozenset())
         self._contacts: list[tuple[int, int]] = []
+        self._geoms = {thing.name: np.flatnonzero(np.array(geom_body) == thing.name) for thing in scene.objects}
+        self._lowered: Arm | None = None
+        self._standing: dict[str, tuple[frozenset[str], int]] = {}
+        self._bumps: dict[tuple[str, str], None] = {}
         self._forces: dict[Arm, dict[str, list[float]]] = {arm: {} for arm in ARMS}
 
-    def update(self, data: Any) -> None:
-        """Read the contacts of the robot with everything else and with itself."""
+    def update(self, data: Any, held: Mapping[Arm, str | None]) -> None:
+        """Read the contacts of the robot with everything else and with itself, and of what each arm holds."""
         self._contacts = []
         self._forces = {arm: {} for arm in ARMS}
+        self._update_carried(data, held)
         if not data.ncon:
             return
         pairs, distances = data.contact.geom, data.contact.dist
@@ -57,6 +66,37 @@ class Touch:
                 mujoco.mj_contactForce(self._model, data, index, force)
                 forces = self._forces[arm].setdefault(self._name[second], [0.0, 0.0])
                 forces[self._pads[arm].index(first)] += float(force[0])
+
+    def _update_carried(self, data: Any, held: Mapping[Arm, str | None]) -> None:
+        """Find what carried objects bump into: all that they touch but what they are lifted from or put down on."""
+        self._bumps = {}
+        self._standing = {name: stood for name, stood in self._standing.items() if name in held.values()}
+        for arm, name in held.items():
+            if name is None:
+                continue
+            mine = np.isin(data.contact.geom, self._geoms[name])
+            touching = np.flatnonzero(mine.any(axis=1) & (data.contact.dist <= 0.0))
+            others = {
+                self._name[other]: abs(float(data.contact.frame[index, 2]))
+                for index in touching
+                if not self._robot[other := int(data.contact.geom[index][~mine[index]][0])]
+            }
+            stood_on, away = self._standing.get(name, (frozenset(others), 0))
+            away = 0 if stood_on & others.keys() else away + 1
+            self._standing[name] = (stood_on if away < _LEFT else frozenset(), away)
+            for thing, upward in others.items():
+                put_down = arm == self._lowered and upward > _UPWARD
+                if thing not in stood_on and not put_down:
+                    self._bumps[name, thing] = None
+
+    @property
+    def bumps(self) -> tuple[tuple[str, str], ...]:
+        """What carried objects touch that they should not: object, thing; without duplicates."""
+        return tuple(self._bumps)
+
+    def lower(self, arm: Arm | None) -> None:
+        """What this arm carries may now be set on something; None ends it."""
+        self._lowered = arm
 
     def pad_forces(self, arm: Arm) -> Mapping[str, tuple[float, float]]:
         """What the pads press: name, and force of left and right pad [N]."""

@@ -129,7 +129,7 @@ class World:
                 if substep < self._substeps - 1:
                     self.data.ctrl += step
             self._velocities[:] = 0.0
-            self._touch.update(self.data)
+            self._touch.update(self.data, {arm: grip.held for arm, grip in self._grips.items()})
             for arm, grip in self._grips.items():
                 grip.update(self.data, self._touch.pressed_by_both(arm, GRASP_FORCE))
 
@@ -212,6 +212,19 @@ class World:
         """Contacts at the end of the last tick that should not be: robot part and the thing that it touches."""
         with self.lock:
             return self._touch.forbidden({arm: grip.held for arm, grip in self._grips.items()})
+
+    def lower(self, arm: Arm | None) -> None:
+        """Say that what an arm carries may now be set on something; None ends it."""
+        with self.lock:
+            self._touch.lower(arm)
+
+    def bumps(self) -> tuple[tuple[str, str], ...]:
+        """Contacts at the end of the last tick of carried objects with what they neither left nor are put on.
+
+        Object, and the thing that it touches. The robot does not feel these; judges see them.
+        """
+        with self.lock:
+            return self._touch.bumps
 
     # --- the truth about objects and furniture ------------------------------------------------------------------
 
