@@ -28,12 +28,12 @@ STILL = 0.02
 Scenario = Callable[[MujocoRobot, VirtualClock], Awaitable[None]]
 
 
-def play(scenario: Scenario, config: RobotConfig = RobotConfig()) -> None:
+def play(scenario: Scenario, *, friction_only: bool = False) -> None:
     """Run a scenario with a ticking robot in the default kitchen, in virtual time."""
     clock = VirtualClock()
 
     async def main() -> None:
-        robot = MujocoRobot(load_scene(), clock, config)
+        robot = MujocoRobot(load_scene(), clock, RobotConfig(friction_only=friction_only))
         failure: list[Exception] = []
         async with anyio.create_task_group() as tasks:
             tasks.start_soon(robot.run)
@@ -115,7 +115,7 @@ def test_a_cup_is_carried_and_put_down_by_friction_alone() -> None:
         assert math.dist(robot.world.object_pose(CUP).position, goal) < 0.04
         assert robot.world.is_upright(CUP)
 
-    play(scenario, RobotConfig(friction_only=True))
+    play(scenario, friction_only=True)
 
 
 def test_pressed_against_the_table_it_gets_away_and_goes_on() -> None:

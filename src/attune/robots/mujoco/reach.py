@@ -21,6 +21,11 @@ from attune.robots.mujoco.whole_motions import find_picks, find_places, radius
 Array = NDArray[np.float64]
 
 _SAMPLES = 250
+"""Base poses drawn at once."""
+_ROUNDS = 6
+"""Times that so many are drawn, at most."""
+_ENOUGH = 40
+"""Free ones after which no more are drawn."""
 _NEAREST, _FARTHEST = 0.35, 0.85
 """Of the shoulder from the target, over the floor [m]."""
 _OUTWARD, _INWARD = 2.0, 0.5
@@ -31,6 +36,8 @@ _COMPLETIONS = 3
 """Candidates of an arm motion that are tried to the end from one base pose."""
 _POSES = 60
 """Base poses that are tried."""
+_HANDLE_POSES = 500
+"""The same for handles."""
 _NEIGHBOURHOOD = 0.1
 """Around a place that should be seen before something is put down there [m]."""
 _SHADOW = 0.2
@@ -43,30 +50,38 @@ def stances(
 ) -> Array:
     """Base poses that bring a shoulder near a point and are free, most promising first, shape (n, 3)."""
     side = 1.0 if arm == "left" else -1.0
-    distance = rng.uniform(_NEAREST, _FARTHEST, _SAMPLES)
-    bearing = side * rng.uniform(-_INWARD, _OUTWARD, _SAMPLES)
-    yaw = rng.uniform(-np.pi, np.pi, _SAMPLES)
-    towards = yaw + bearing
-    x, y = pr2.SHOULDER_OFFSETS[arm]
-    poses = np.column_stack(
-        (
-            point[0] - distance * np.cos(towards) - np.cos(yaw) * x + np.sin(yaw) * y,
-            point[1] - distance * np.sin(towards) - np.sin(yaw) * x - np.cos(yaw) * y,
-            yaw,
+    found: list[Array] = []
+    costs: list[Array] = []
+    # In the open most samples are free, between an open door and a wall one of a hundred.
+    for _ in range(_ROUNDS):
+        distance = rng.uniform(_NEAREST, _FARTHEST, _SAMPLES)
+        bearing = side * rng.uniform(-_INWARD, _OUTWARD, _SAMPLES)
+        yaw = rng.uniform(-np.pi, np.pi, _SAMPLES)
+        towards = yaw + bearing
+        x, y = pr2.SHOULDER_OFFSETS[arm]
+        poses = np.column_stack(
+            (
+                point[0] - distance * np.cos(towards) - np.cos(yaw) * x + np.sin(yaw) * y,
+                point[1] - distance * np.sin(towards) - np.sin(yaw) * x - np.cos(yaw) * y,
+                yaw,
+            )
         )
-    )
-    clearance = costmap.clearance(poses, body)
-    turn = np.abs((poses[:, 2] - now.yaw + np.pi) % (2 * np.pi) - np.pi)
-    way = np.hypot(poses[:, 0] - now.x, poses[:, 1] - now.y)
-    cost = (
-        2.0 * np.abs(distance - 0.6)
-        + 0.3 * np.abs(bearing - side * 0.3)
-        + 0.15 * way
-        + 0.1 * turn
-        - 1.0 * np.minimum(clearance, 0.15)
-    )
-    free = np.flatnonzero(clearance > _CLEARANCE)
-    return np.asarray(poses[free[np.argsort(cost[free])]])
+        clearance = costmap.clearance(poses, body)
+        turn = np.abs((poses[:, 2] - now.yaw + np.pi) % (2 * np.pi) - np.pi)
+        way = np.hypot(poses[:, 0] - now.x, poses[:, 1] - now.y)
+        cost = (
+            2.0 * np.abs(distance - 0.6)
+            + 0.3 * np.abs(bearing - side * 0.3)
+            + 0.15 * way
+            + 0.1 * turn
+            - 1.0 * np.minimum(clearance, 0.15)
+        )
+        free = clearance > _CLEARANCE
+        found.append(poses[free])
+        costs.append(cost[free])
+        if sum(map(len, found)) >= _ENOUGH:
+            break
+    return np.asarray(np.concatenate(found)[np.argsort(np.concatenate(costs), kind="stable")])
 
 
 def pick_poses(
@@ -135,7 +150,7 @@ def handle_poses(
 
         found = False
         # Few poses let an arm go along the whole way of a handle, but most others are ruled out at once.
-        for pose in _proven(pairs, costmap, body, (float(x), float(y), float(z)), prove, rng, 2 * _SAMPLES):
+        for pose in _proven(pairs, costmap, body, (float(x), float(y), float(z)), prove, rng, _HANDLE_POSES):
             found = found or pose is not None
             yield pose
         if found:
