@@ -2,6 +2,7 @@
 
 import json
 from dataclasses import replace
+from typing import get_args
 
 import pytest
 from typer.testing import CliRunner
@@ -12,8 +13,10 @@ from attune.core.messages import CommandOutcome, ObjectSpec
 from attune.core.scene import load_scene
 from attune.evaluation.planner import Player, evaluate_planner, failures
 from attune.evaluation.planner_judge import Evidence, judge
-from attune.evaluation.planner_matrix import Permutation, Saying, interrupted, paper_permutations, undisturbed
+from attune.evaluation.planner_matrix import interrupted, paper_permutations, undisturbed
+from attune.evaluation.planner_oracle import Moment
 from attune.evaluation.planner_report import to_data, to_markdown
+from attune.evaluation.planner_sayings import Kind, Permutation, Saying
 from attune.robots.simulated import TrueObject
 from attune.robots.symbolic import SymbolicRobot
 
@@ -36,8 +39,9 @@ def told(status: str, reason: str = "") -> CommandOutcome:
     return CommandOutcome(time=0.0, command="c", kind="bring_me", status=status, reason=reason)  # type: ignore[arg-type]
 
 
-def verdicts(sayings, outcomes, after, still=(), at_rest=True):
-    evidence = Evidence("older", sayings, outcomes, still, world(), after, at_rest)
+def verdicts(sayings, outcomes, after, still=(), at_rest=True, moments=()):
+    moments = moments or tuple(Moment(world()) for _ in sayings)
+    evidence = Evidence("older", sayings, moments, outcomes, still, world(), after, at_rest)
     return [verdict.status for verdict in judge(SCENE, PlannerConfig(), evidence)]
 
 
@@ -58,8 +62,16 @@ def test_the_papers_part_has_each_type_each_ordered_pair_and_both_age_groups() -
 
 def test_each_run_is_interrupted_at_each_of_its_state_changes_by_each_command() -> None:
     for alone in undisturbed(SCENE):
-        steps = [p.sayings[1].at for p in interrupted(SCENE, alone, 7) if p.sayings[1].kind == "stop"]
-        assert steps == [step for step in range(8) for _ in range(2)]
+        first = len(alone.sayings)
+        commands = {p.sayings[first].kind for p in interrupted(SCENE, alone, 7)}
+        for kind in commands:
+            assert {p.sayings[first].at for p in interrupted(SCENE, alone, 7) if p.sayings[first].kind == kind} == {
+                *range(8)
+            }
+        if alone.part == "each other":
+            assert commands == set(get_args(Kind)) - {"carry_on"}
+    others = [alone.scenario for alone in undisturbed(SCENE) if alone.part == "each other"]
+    assert set(others) == set(get_args(Kind)) - {"stop"}
     swaps = [p.sayings[1] for p in interrupted(SCENE, ALONE, 7) if p.sayings[1].kind == "replace_object"]
     assert len(swaps) == 8 * (len(TYPES) - 1)
 
@@ -119,8 +131,49 @@ def test_a_stop_is_executed_when_the_robot_stood_still_even_with_something_in_it
 def test_what_stands_at_the_destination_already_need_not_move() -> None:
     bread = Saying("bring_me", "bread")
     there = (told("accepted"), replace(told("done", "already_there"), object=ObjectSpec(type="bread")))
-    evidence = Evidence("younger", (bread,), (there,), (), world(), world(), True)
+    evidence = Evidence("younger", (bread,), (Moment(world()),), (there,), (), world(), world(), True)
     assert [verdict.status for verdict in judge(SCENE, PlannerConfig(), evidence)] == ["executed"]
+
+
+BOTH = Saying("bring_me", "cup", also="spoon")
+ELSEWHERE = Saying("change_location", place="shelf", at=3)
+
+
+def one_delivered() -> Moment:
+    """The cup stands on the table and the person was told so, the spoon is still to come."""
+    report = replace(told("done"), object=ObjectSpec(type="cup"), place="table")
+    return Moment(put(world(), "red_cup", "table"), (told("accepted"), report))
+
+
+def test_a_new_place_is_for_what_is_still_to_come_and_not_for_what_was_delivered() -> None:
+    moments = (Moment(world()), one_delivered())
+    right = put(put(world(), "red_cup", "table"), "blue_spoon", "shelf")
+    assert verdicts((BOTH, ELSEWHERE), (YES, YES), right, moments=moments) == ["executed", "executed"]
+    for wrong in (put(right, "red_cup", "shelf"), put(right, "blue_spoon", "table")):
+        assert verdicts((BOTH, ELSEWHERE), (YES, YES), wrong, moments=moments) == ["failed", "failed"]
+
+
+def test_what_was_just_put_down_and_not_reported_may_count_as_delivered_or_not() -> None:
+    moments = (Moment(world()), replace(one_delivered(), told=(told("accepted"),)))
+    spoon = put(world(), "blue_spoon", "shelf")
+    for right in (put(spoon, "red_cup", "table"), put(spoon, "red_cup", "shelf")):
+        assert verdicts((BOTH, ELSEWHERE), (YES, YES), right, moments=moments) == ["executed", "executed"]
+
+
+def test_what_is_cancelled_or_put_back_must_not_be_brought() -> None:
+    moments = (Moment(world()), one_delivered())
+    cup = put(world(), "red_cup", "table")
+    cancel, back = Saying("cancel_object", "spoon"), Saying("put_back")
+    assert verdicts((BOTH, cancel), (YES, YES), cup, moments=moments) == ["executed", "executed"]
+    assert verdicts((BOTH, cancel), (YES, YES), put(cup, "blue_spoon", "table"), moments=moments)[1] == "failed"
+    assert verdicts((BOTH, back), (YES, YES), put(world(), "blue_spoon", "table"), moments=moments)[1] == "executed"
+    assert verdicts((BOTH, back), (YES, YES), put(cup, "blue_spoon", "table"), moments=moments)[1] == "failed"
+
+
+def test_an_object_from_another_place_than_the_named_one_is_a_failure() -> None:
+    cup = Saying("bring_me", "cup", source="cabinet")
+    assert verdicts((cup,), (YES,), put(world(), "white_cup", "table")) == ["executed"]
+    assert verdicts((cup,), (YES,), put(world(), "red_cup", "table")) == ["failed"]
 
 
 def test_a_replacement_by_what_stands_there_already_takes_the_old_one_back() -> None:

@@ -13,18 +13,20 @@ from attune.core.scene import Scene, load_scene
 from attune.evaluation.kitchen import Kitchen
 from attune.evaluation.parallel import in_parallel
 from attune.evaluation.planner_judge import Evidence, Verdict, judge
-from attune.evaluation.planner_matrix import Permutation, Saying, interrupted, paper_permutations, undisturbed
+from attune.evaluation.planner_matrix import interrupted, paper_permutations, undisturbed
 from attune.evaluation.planner_matrix import sample as sample_of
+from attune.evaluation.planner_oracle import Moment
+from attune.evaluation.planner_sayings import Permutation, Saying
 from attune.robots.interface import Robot
 
 RobotKind = Literal["symbolic", "mujoco"]
 STANDSTILL = 0.01
 """A robot stands still when no joint moves faster [m/s or rad/s]."""
-STOPPING_TIME = 0.5
+STOPPING_TIME = 0.3
 """After which a stopped robot must stand still [s]."""
 WATCHED = 4.0
 """So long it must go on standing still [s]."""
-COARSE = 0.25
+COARSE = 0.5
 """Control period of the symbolic robot [s]: what is tested is the order of things."""
 
 
@@ -34,7 +36,7 @@ class Run:
 
     Attributes:
         verdicts: One per command.
-        changes: State changes after the first command.
+        changes: State changes after the last command.
         robot_time: [s].
         computing_time: Processor time [s].
     """
@@ -74,12 +76,15 @@ class Player:
         kitchen = Kitchen(scene, self._robot, config)
         commands = [saying.command(permutation.band) for saying in permutation.sayings]
         still: list[bool] = []
-        at_rest = True
+        moments: list[Moment] = []
+        at_rest, before_last = True, 0
 
         async def script() -> None:
-            nonlocal at_rest
+            nonlocal at_rest, before_last
             for saying, command in zip(permutation.sayings, commands, strict=True):
-                await _moment(kitchen, saying)
+                await _wait_for(kitchen, saying)
+                moments.append(Moment(kitchen.after(), tuple(kitchen.outcomes)))
+                before_last = len(kitchen.states)
                 kitchen.say(command)
                 if saying.kind == "stop":
                     still.append(await _stands_still(kitchen))
@@ -89,6 +94,7 @@ class Player:
         evidence = Evidence(
             permutation.band,
             permutation.sayings,
+            tuple(moments),
             tuple(_told(kitchen, command) for command in commands),
             tuple(still),
             kitchen.before,
@@ -98,7 +104,7 @@ class Player:
         return Run(
             permutation,
             judge(scene, config, evidence),
-            len(kitchen.states) - 1,
+            len(kitchen.states) - before_last,
             kitchen.clock.now(),
             time.process_time() - began,
         )
@@ -161,7 +167,7 @@ def _chosen(permutations: Sequence[Permutation], count: int, seed: int) -> Seque
     return (*sample_of(paper, half, seed), *sample_of(beyond, count - half, seed))
 
 
-async def _moment(kitchen: Kitchen, saying: Saying) -> None:
+async def _wait_for(kitchen: Kitchen, saying: Saying) -> None:
     if isinstance(saying.at, int):
         await kitchen.after_changes(saying.at)
     elif saying.at == "settled":

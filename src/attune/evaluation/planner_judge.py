@@ -1,23 +1,21 @@
-"""What the final world must be after a permutation of commands: an oracle that knows nothing of the planner.
+"""The verdicts on the commands of a run, from the true world at its end and what was told on the way.
 
-It counts, for each object type, how many objects the accepted commands want at the destination, and looks whether just
-these have been brought there and all others are where they were. A refusal is right only if there was nothing to do.
+A command is executed when the final world is one of those that the commands may rightly lead to. A refusal is right
+only if there was nothing to do.
 """
 
 import math
 from collections import Counter
-from collections.abc import Mapping, Sequence
+from collections.abc import Sequence
 from dataclasses import dataclass
 from typing import Literal
 
 from attune.core.config import PlannerConfig
 from attune.core.messages import Band, CommandOutcome
 from attune.core.scene import Scene
-from attune.evaluation.kitchen import moved
-from attune.evaluation.planner_matrix import Saying
-from attune.robots.simulated import TrueObject
+from attune.evaluation.planner_oracle import Effect, Moment, Oracle, Wishes, World
+from attune.evaluation.planner_sayings import Saying
 
-World = Mapping[str, TrueObject]
 Status = Literal["executed", "refused", "ignored", "failed"]
 
 
@@ -42,6 +40,7 @@ class Evidence:
 
     Attributes:
         sayings: The commands given.
+        moments: The state of things when each was given.
         told: For each command all that was told about it, in order.
         still: For each stop whether the robot stood still as it should.
         before: The world before.
@@ -51,6 +50,7 @@ class Evidence:
 
     band: Band
     sayings: tuple[Saying, ...]
+    moments: tuple[Moment, ...]
     told: tuple[tuple[CommandOutcome, ...], ...]
     still: tuple[bool, ...]
     before: World
@@ -61,28 +61,39 @@ class Evidence:
 def judge(scene: Scene, config: PlannerConfig, evidence: Evidence) -> tuple[Verdict, ...]:
     """A verdict for each command of a run."""
     destination = destination_of(config, evidence.band)
-    surfaces = scene.surfaces_at(destination)
-    places = {surface.name for surface in surfaces}
-    nearest = min(surfaces, key=lambda surface: math.dist(surface.center[:2], scene.user)).name
-    stock = Counter(thing.spec.type for thing in evidence.before.values())
-    present = Counter(thing.spec.type for thing in evidence.before.values() if thing.place == nearest)
-    wanted: Counter[str] = Counter()
-    feasible: list[bool] = []
-    for saying, told in zip(evidence.sayings, evidence.told, strict=True):
-        # What the person finds at the nearest surface of that place already need not be brought.
-        left = stock - wanted - (Counter() if _accepted(told) else present)
-        possible = _is_possible(saying, wanted, left, config)
-        feasible.append(possible)
-        if possible and _accepted(told) and not _already_there(told, present):
-            _want(saying, wanted, config)
-        elif saying.kind == "replace_object" and _accepted(told):
-            wanted -= Counter({saying.instead_of: 1})
-    stopped = bool(evidence.sayings) and evidence.sayings[-1].kind == "stop"
-    wrong = what_is_wrong(evidence, wanted, places, may_be_partial=stopped)
+    oracle = Oracle(scene, evidence.before, destination, config.breakfast)
+    present = _present(scene, destination, evidence)
+    options: set[Wishes] = {()}
+    earlier: set[Wishes] = {()}
+    may_refuse: list[bool] = []
+    stopped = False
+    for number, (saying, moment, told) in enumerate(
+        zip(evidence.sayings, evidence.moments, evidence.told, strict=True)
+    ):
+        there = Counter({type_: 1 for type_ in saying.types if _already_there(type_, told, present)})
+        effects: set[Effect] = set()
+        for wishes in options:
+            effects |= oracle.effects(number, saying, wishes, moment, there, stopped=stopped)
+        stands_there = bool(saying.types) and all(there[type_] for type_ in saying.types)
+        may_refuse.append(stands_there or any(not effect.possible for effect in effects))
+        if _accepted(told):
+            done = {effect.wishes for effect in effects if effect.possible}
+            options = done or options
+            stopped = saying.kind == "stop"
+        elif saying.kind == "carry_on":
+            stopped = False
+        earlier |= options
+    partial = bool(evidence.sayings) and evidence.sayings[-1].kind == "stop"
+    ever = tuple({wish for wishes in earlier for wish in wishes})
+    wrongs = [
+        what_is_wrong(evidence) or oracle.misplaced(evidence.after, wishes, ever, may_be_partial=partial)
+        for wishes in sorted(options, key=str)
+    ]
+    wrong = "" if "" in wrongs else wrongs[0]
     stills = iter(evidence.still)
     return tuple(
-        _verdict(saying, told, possible, wrong, next(stills) if saying.kind == "stop" else True)
-        for saying, told, possible in zip(evidence.sayings, evidence.told, feasible, strict=True)
+        _verdict(saying, told, refusable, wrong, next(stills) if saying.kind == "stop" else True)
+        for saying, told, refusable in zip(evidence.sayings, evidence.told, may_refuse, strict=True)
     )
 
 
@@ -92,87 +103,46 @@ def destination_of(config: PlannerConfig, band: Band) -> str:
     return places.get(band, config.destination_unknown)
 
 
-def what_is_wrong(evidence: Evidence, wanted: Counter[str], places: set[str], *, may_be_partial: bool) -> str:
-    """How the final world differs from what it should be; "" when it is right.
-
-    Args:
-        evidence: The run.
-        wanted: How many objects of each type are wanted at the destination.
-        places: The destination's surfaces.
-        may_be_partial: The robot was stopped: it may hold something and not have brought all.
-    """
+def what_is_wrong(evidence: Evidence) -> str:
+    """What must not be in any final world; "" when it is not."""
     if not evidence.at_rest:
         return "the robot did not come to rest"
     before, after = evidence.before, evidence.after
     if lost := sorted(set(before) - set(after)):
         return f"lost: {', '.join(lost)}"
     fallen = [name for name, thing in after.items() if before[name].upright and not (thing.upright or thing.held_by)]
-    if fallen:
-        return f"not upright: {', '.join(fallen)}"
-    return _misplaced(before, after, wanted, places, may_be_partial=may_be_partial)
+    return f"not upright: {', '.join(fallen)}" if fallen else ""
 
 
-def _misplaced(before: World, after: World, wanted: Counter[str], places: set[str], *, may_be_partial: bool) -> str:
-    where = moved(before, after)
-    brought = Counter(after[name].spec.type for name, now in where.items() if now in places)
-    astray = {name: now for name, now in where.items() if now not in places}
-    if may_be_partial:
-        astray = {name: now for name, now in astray.items() if now != "hand"}
-    if astray:
-        return f"astray: {', '.join(f'{name} on {now}' for name, now in astray.items())}"
-    right = brought <= wanted if may_be_partial else brought == wanted
-    return "" if right else f"brought {_words(brought)} instead of {_words(wanted)}"
-
-
-def _is_possible(saying: Saying, wanted: Counter[str], left: Counter[str], config: PlannerConfig) -> bool:
-    """Whether there is anything to do for a command."""
-    match saying.kind:
-        case "bring_me" | "replace_object":
-            return left[saying.type] > 0
-        case "setting_breakfast":
-            return any(not wanted[type_] for type_ in config.breakfast)
-        case "stop" | "carry_on":
-            return True
-
-
-def _want(saying: Saying, wanted: Counter[str], config: PlannerConfig) -> None:
-    match saying.kind:
-        case "bring_me":
-            wanted[saying.type] += 1
-        case "replace_object":
-            wanted[saying.type] += 1
-            wanted[saying.instead_of] = max(0, wanted[saying.instead_of] - 1)
-        case "setting_breakfast":
-            for type_ in config.breakfast:
-                wanted[type_] = max(1, wanted[type_])
-        case "stop" | "carry_on":
-            pass
+def _present(scene: Scene, destination: str, evidence: Evidence) -> Counter[str]:
+    """What stood at the destination from the beginning, on the surface nearest to the user."""
+    surfaces = scene.surfaces_at(destination)
+    nearest = min(surfaces, key=lambda surface: math.dist(surface.center[:2], scene.user)).name
+    return Counter(thing.spec.type for thing in evidence.before.values() if thing.place == nearest)
 
 
 def _accepted(told: Sequence[CommandOutcome]) -> bool:
     return bool(told) and told[0].status in {"accepted", "deferred"}
 
 
-def _already_there(told: Sequence[CommandOutcome], present: Counter[str]) -> bool:
-    """Whether the robot found the object at the destination, and it was there from the beginning."""
-    return any(outcome.reason == "already_there" and present[outcome.object.type] > 0 for outcome in told)
+def _already_there(type_: str, told: Sequence[CommandOutcome], present: Counter[str]) -> bool:
+    """Whether the robot says that one stands at the destination, and it did from the beginning."""
+    return any(
+        outcome.reason == "already_there" and outcome.object.type == type_ and present[type_] > 0 for outcome in told
+    )
 
 
-def _verdict(saying: Saying, told: Sequence[CommandOutcome], possible: bool, wrong: str, still: bool) -> Verdict:
+def _verdict(saying: Saying, told: Sequence[CommandOutcome], refusable: bool, wrong: str, still: bool) -> Verdict:
     if not told:
         return Verdict(saying, "ignored", "nothing was told")
     last = told[-1]
     if saying.kind == "stop":
         return Verdict(saying, "executed") if still else Verdict(saying, "failed", "the robot moved on")
     if not _accepted(told):
-        nothing_to_do = not possible or (saying.kind == "carry_on" and not wrong)
+        nothing_to_do = refusable or (saying.kind == "carry_on" and not wrong)
         return Verdict(saying, "refused" if nothing_to_do and last.reason else "ignored", last.reason)
     if wrong:
         return Verdict(saying, "failed", f"{wrong}; told {last.status} {last.reason}".rstrip())
     if last.status == "failed":
         return Verdict(saying, "failed", f"told failed {last.reason}")
     return Verdict(saying, "executed")
-
-
-def _words(types: Counter[str]) -> str:
-    return ", ".join(sorted(types.elements())) or "nothing"

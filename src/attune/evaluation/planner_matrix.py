@@ -1,74 +1,19 @@
 """The permutations of the planner test: which commands, in which order, interrupting each other at which step.
 
 The paper's own part has each command of its two scenarios once, for each object type, each ordered pair of types and
-both age groups. The part beyond has the interruption at every step of the interrupted plan: at each change of the
+both age groups. The parts beyond have the interruption at every step of the interrupted plan: at each change of the
 robot's published state.
 """
 
 import random
 from collections.abc import Iterator, Sequence
-from dataclasses import dataclass
-from typing import Literal
+from dataclasses import replace
 
-from attune.core.messages import Band, BringMe, CarryOn, Command, ObjectSpec, ReplaceObject, SettingBreakfast, Stop
+from attune.core.messages import Band
 from attune.core.scene import Scene
+from attune.evaluation.planner_sayings import Moment, Permutation, Saying
 
 BANDS: tuple[Band, ...] = ("younger", "older")
-Part = Literal["paper", "every step"]
-ScenarioName = Literal["bring_me", "setting_breakfast"]
-Moment = int | Literal["carrying", "settled"]
-"""When a command is given: after so many state changes, when the robot carries something to its goal, or at the end."""
-
-
-@dataclass(frozen=True, slots=True)
-class Saying:
-    """One command, and when it is given.
-
-    Attributes:
-        kind: Of the command.
-        type: The object type it asks for, "" when it names none.
-        instead_of: The type that a replacement removes.
-        at: The moment, counted from the command before.
-    """
-
-    kind: Literal["bring_me", "replace_object", "setting_breakfast", "stop", "carry_on"]
-    type: str = ""
-    instead_of: str = ""
-    at: Moment = 0
-
-    def command(self, band: Band) -> Command:
-        """As a message."""
-        wanted = ObjectSpec(type=self.type)
-        match self.kind:
-            case "bring_me":
-                return BringMe(time=0.0, objects=(wanted,), band=band)
-            case "replace_object":
-                return ReplaceObject(time=0.0, remove=ObjectSpec(type=self.instead_of), add=wanted, band=band)
-            case "setting_breakfast":
-                return SettingBreakfast(time=0.0, band=band)
-            case "stop":
-                return Stop(time=0.0, band=band)
-            case "carry_on":
-                return CarryOn(time=0.0, band=band)
-
-    def __str__(self) -> str:
-        what = f" {self.type}" if self.type else ""
-        old = f" for {self.instead_of}" if self.instead_of else ""
-        moment = f" after {self.at} changes" if isinstance(self.at, int) else f" when {self.at}"
-        return f"{self.kind}{what}{old}{'' if self.at == 0 else moment}"
-
-
-@dataclass(frozen=True, slots=True)
-class Permutation:
-    """One run of the test."""
-
-    part: Part
-    scenario: ScenarioName
-    band: Band
-    sayings: tuple[Saying, ...]
-
-    def __str__(self) -> str:
-        return f"{self.band}: {', then '.join(str(saying) for saying in self.sayings)}"
 
 
 def paper_permutations(scene: Scene) -> Iterator[Permutation]:
@@ -90,11 +35,33 @@ def paper_permutations(scene: Scene) -> Iterator[Permutation]:
 
 
 def undisturbed(scene: Scene) -> Iterator[Permutation]:
-    """The runs whose state changes are the moments of the part beyond the paper."""
+    """The runs whose state changes are the moments of the parts beyond the paper."""
     for band in BANDS:
         yield Permutation("every step", "setting_breakfast", band, (Saying("setting_breakfast"),))
         for first in scene.vocabulary.types:
             yield Permutation("every step", "bring_me", band, (_bring(first),))
+    yield from _each_other()
+
+
+def _each_other() -> Iterator[Permutation]:
+    """Each command at work: alone, or interrupting the delivery of an object, or after that."""
+    spoon, juice = _bring("spoon"), _bring("juice")
+    shelf = Saying("change_location", place="shelf")
+    tasks: tuple[tuple[Saying, ...], ...] = (
+        (Saying("bring_me", "bowl", also="spoon"),),
+        (Saying("bring_me", "cup", source="cabinet", place="shelf"),),
+        (Saying("setting_breakfast"),),
+        (spoon, Saying("replace_object", "juice", "spoon", at="carrying")),
+        (spoon, Saying("replace_object", "bowl", "spoon", at="settled")),
+        (juice, replace(shelf, at="carrying")),
+        (spoon, replace(shelf, at="settled")),
+        (Saying("bring_me", "juice", also="spoon"), Saying("cancel_object", "juice", at="carrying")),
+        (spoon, Saying("put_back", at="carrying")),
+        (juice, Saying("put_back", at="settled")),
+        (spoon, Saying("stop", at="carrying"), Saying("carry_on", at="settled")),
+    )
+    for index, sayings in enumerate(tasks):
+        yield Permutation("each other", sayings[-1].kind, BANDS[index % 2], sayings)
 
 
 def interrupted(scene: Scene, alone: Permutation, changes: int) -> Iterator[Permutation]:
@@ -103,18 +70,46 @@ def interrupted(scene: Scene, alone: Permutation, changes: int) -> Iterator[Perm
     Args:
         scene: Names the object types.
         alone: The run.
-        changes: How many states it publishes.
+        changes: How many states it publishes after its last command.
     """
-    (first,) = alone.sayings
     for step in range(changes + 1):
-        for second in scene.vocabulary.types:
-            if first.kind == "setting_breakfast":
-                yield _with(alone, _bring(second, step))
-            elif second != first.type:
-                yield _with(alone, Saying("replace_object", second, first.type, at=step))
         stop = Saying("stop", at=step)
-        yield _with(alone, stop)
-        yield _with(alone, stop, Saying("carry_on", at="settled"))
+        for sayings in (
+            _others(alone, step) if alone.part == "each other" else _the_papers(scene, alone, step),
+            [(stop,), (stop, Saying("carry_on", at="settled"))],
+        ):
+            for more in sayings:
+                yield replace(alone, sayings=(*alone.sayings, *more))
+
+
+def _the_papers(scene: Scene, alone: Permutation, step: int) -> list[tuple[Saying, ...]]:
+    """Each type and pair of types for one age group; for the other, whose plans differ little, one after the other."""
+    (first,) = alone.sayings
+    types = [type_ for type_ in scene.vocabulary.types if type_ != first.type]
+    if alone.band != BANDS[-1]:
+        types = [types[step % len(types)]]
+    if first.kind == "setting_breakfast":
+        return [(_bring(type_, step),) for type_ in types]
+    return [(Saying("replace_object", type_, first.type, at=step),) for type_ in types]
+
+
+def _others(alone: Permutation, step: int) -> list[tuple[Saying, ...]]:
+    """Every other command. What they are about is what the first command asked for, or what nobody asked for."""
+    first = alone.sayings[0]
+    own = first.type or "milk"
+    elsewhere = "table" if alone.band == "younger" else "countertop"
+    new = _bring("knife", step)
+    return [
+        (new,),
+        (Saying("bring_me", "mug", also="fork", source="cabinet", place=elsewhere, at=step),),
+        (Saying("setting_breakfast", at=step),),
+        (Saying("replace_object", "knife", own, at=step),),
+        (Saying("change_location", place=elsewhere, at=step),),
+        (Saying("change_location", own, place="table" if first.place else "shelf", at=step),),
+        (Saying("cancel_object", own, at=step),),
+        (Saying("put_back", at=step),),
+        (Saying("stop", at=step), replace(new, at="settled")),
+    ]
 
 
 def sample(permutations: Sequence[Permutation], count: int, seed: int) -> tuple[Permutation, ...]:
@@ -125,7 +120,3 @@ def sample(permutations: Sequence[Permutation], count: int, seed: int) -> tuple[
 
 def _bring(type_: str, at: Moment = 0) -> Saying:
     return Saying("bring_me", type_, at=at)
-
-
-def _with(alone: Permutation, *sayings: Saying) -> Permutation:
-    return Permutation(alone.part, alone.scenario, alone.band, (*alone.sayings, *sayings))

@@ -6,12 +6,19 @@ from typing import Any
 
 from attune.evaluation.planner import PlannerEvaluation, Run, failures
 from attune.evaluation.planner_judge import Status, Verdict
+from attune.evaluation.planner_sayings import Part
 
 PAPER: dict[str, dict[str, float]] = {
     "bring_me": {"bring_me": 50, "replace_object": 48, "ignored": 2},
     "setting_breakfast": {"setting_breakfast": 46, "bring_me": 42, "stop": 4, "ignored": 8},
 }
 """The paper's module test: percent of the received commands that were executed, by kind, and ignored."""
+SCENARIOS: dict[str, str] = {"bring_me": "1: bring_me", "setting_breakfast": "2: setting_breakfast"}
+PARTS: dict[Part, str] = {
+    "paper": "The paper's test",
+    "every step": "The paper's commands, interrupted at every step",
+    "each other": "Each command, also those that the paper does not have, interrupted by each other at every step",
+}
 STATUSES: tuple[Status, ...] = ("executed", "refused", "ignored", "failed")
 
 
@@ -52,7 +59,7 @@ def to_markdown(evaluation: PlannerEvaluation) -> str:
         "Executed: the simulated world at the end is what was asked for. Refused: nothing could be done, and the "
         "reason was told. Ignored: it could have been done. Failed: the world is wrong.",
     ]
-    for part, title in (("paper", "The paper's test"), ("every step", "Interrupted at every step")):
+    for part, title in PARTS.items():
         members = [run for run in runs if run.permutation.part == part]
         if members:
             lines += ["", f"## {title}: {len(members)} runs", "", *_table(members, beside_paper=part == "paper")]
@@ -84,7 +91,8 @@ def _table(runs: list[Run], *, beside_paper: bool) -> list[str]:
     head = ["Scenario", "Command", "Commands", "Executed", "Refused", "Ignored", "Failed"]
     head += ["Paper"] if beside_paper else []
     lines = [f"| {' | '.join(head)} |", "|---" * len(head) + "|"]
-    for scenario, title in (("bring_me", "1: bring_me"), ("setting_breakfast", "2: setting_breakfast")):
+    for scenario in dict.fromkeys(run.permutation.scenario for run in runs):
+        title = SCENARIOS.get(scenario, scenario)
         members = [run for run in runs if run.permutation.scenario == scenario]
         all_ = [verdict for run in members for verdict in run.verdicts]
         for (_, _, kind), count in _counts(members).items():

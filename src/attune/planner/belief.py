@@ -37,7 +37,7 @@ class Individual:
         seen: When it was last seen [s], or None.
         home: Where it belongs: where it stood before the robot moved it.
         displaced: Whether the robot has put it somewhere else than home.
-        percept: As it was seen last.
+        percept: As it was seen last, where the robot has put it since.
     """
 
     name: str
@@ -168,8 +168,12 @@ class Belief:
     def put(self, name: str, surface: str, position: Point, *, confidence: float = 1.0) -> None:
         """The robot has put an object down."""
         item = self._objects[name]
+        percept = item.percept and replace(
+            item.percept, pose=replace(item.percept.pose, position=position), place=surface
+        )
         self._objects[name] = replace(
             item,
+            percept=percept,
             surface=surface,
             position=position,
             held_by="",

@@ -177,8 +177,10 @@ class Rules:
         missing: list[ObjectSpec] = []
         for type_ in self.config.breakfast:
             spec = ObjectSpec(type=type_)
-            standing = any(is_delivered(self.scene, item, place) for item in candidates(self.belief, spec))
-            coming = any(self._is_about(delivery, spec) for delivery in agenda.waiting)
+            # What is about to be taken away or elsewhere does not count.
+            free = candidates(self.belief, spec, agenda.reserved)
+            standing = any(is_delivered(self.scene, item, place) for item in free)
+            coming = any(self._is_about(item, spec) and item.destination == place for item in agenda.waiting)
             if not standing and not coming:
                 missing.append(spec)
         if not missing:
@@ -278,7 +280,7 @@ class Rules:
     def _to_put_back(self, agenda: Agenda, spec: ObjectSpec) -> Delivery | None:
         carried = self._carried(agenda)
         if spec == ObjectSpec():
-            options = carried or self._last_delivered(agenda)[-1:]
+            options = carried or self._last_delivered(agenda)[-1:] or self._to_be_moved_on(agenda)
         else:
             delivered = tuple(item for item in agenda.deliveries if item.status == "delivered")[::-1]
             options = (*carried, *delivered, *agenda.waiting)
@@ -303,10 +305,15 @@ class Rules:
         return agenda.begin_task().change(delivered.id, status="dropped").add(home)
 
     def _withdraw(self, agenda: Agenda, delivery: Delivery, command: Edit) -> Agenda:
-        """End an open delivery: what is carried goes home, what was not fetched yet is dropped."""
+        """End an open delivery: what is carried goes home, what was not fetched yet is dropped.
+
+        What was delivered, and should have been brought elsewhere, stays if it is cancelled, goes home otherwise.
+        """
         item = self.belief.get(delivery.individual)
-        just_put_down = item and item.displaced and is_delivered(self.scene, item, delivery.destination)
-        if item and (item.held_by or just_put_down):
+        stays = isinstance(command, CancelObject) and not (
+            item and is_delivered(self.scene, item, delivery.destination)
+        )
+        if item and (item.held_by or (item.displaced and item.surface and not stays)):
             return agenda.change(delivery.id, status="returning", command=command.id, kind=command.kind)
         return agenda.change(delivery.id, status="dropped")
 
@@ -327,6 +334,11 @@ class Rules:
         """What the last task has delivered."""
         delivered = [item for item in agenda.deliveries if item.status == "delivered"]
         return tuple(item for item in delivered if item.command == delivered[-1].command)
+
+    def _to_be_moved_on(self, agenda: Agenda) -> tuple[Delivery, ...]:
+        """What was delivered and is to be brought elsewhere, but has not been fetched for that."""
+        items = ((delivery, self.belief.get(delivery.individual)) for delivery in agenda.waiting)
+        return tuple(delivery for delivery, item in items if item and item.displaced)
 
     def _is_about(self, delivery: Delivery, spec: ObjectSpec) -> bool:
         """Whether a delivery fits a description, by the object chosen for it or else by what was asked for."""
