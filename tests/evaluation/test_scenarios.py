@@ -84,3 +84,13 @@ def test_the_typed_scenarios_pass_with_the_robot_without_physics(name: str) -> N
     result = run(main, clock)
     assert result.passed, result.checks
     assert result.repetitions == 0
+
+
+def test_a_line_whose_moment_never_comes_is_said_when_the_robot_rests() -> None:
+    values = {"robot": {"kind": "symbolic"}, "voice": {"output": "none"}}
+    config, clock = with_values(load_config(environment={}), values), VirtualClock()
+    wish, change = BRING_ME.lines
+    late = replace(BRING_ME, lines=(wish, replace(change, when=lambda state: False)))
+    result = run(lambda: run_trial(late, config, clock, None), clock)
+    assert result.passed
+    assert result.robot_time < 400

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Callable
 from dataclasses import dataclass
 from typing import TYPE_CHECKING
@@ -24,6 +25,8 @@ PATIENCE = 6.0
 TRIES = 3
 TIME_LIMIT = 900.0
 """Seconds of robot time after which a trial has failed."""
+RESTED = 3.0
+"""Seconds after which a robot that rests has nothing more to do."""
 OBSERVATION = 3.0
 """Seconds at the end in which the robot's speed is watched."""
 
@@ -87,17 +90,15 @@ async def run_trial(
 
 
 async def _moment(session: Session, line: Line) -> None:
-    """Wait until the moment of a line has come, or the robot rests after work and it never will."""
-    has_worked = False
+    """Wait until the moment of a line has come, or the robot rests and it never will."""
     with session.bus.subscribe(ROBOT_STATE) as states:
-        async for state in states:
-            if line.when(state):
-                await session.clock.sleep(line.delay)
+        state = await states.receive()
+        while not line.when(state):
+            with anyio.move_on_after(RESTED if state.step in RESTING else math.inf) as waiting:
+                state = await states.receive()
+            if waiting.cancelled_caught:
                 return
-            if state.step not in RESTING:
-                has_worked = True
-            elif has_worked:
-                return
+    await session.clock.sleep(line.delay)
 
 
 async def _say_until_understood(session: Session, user: UserAudio | None, line: Line) -> int:
