@@ -58,7 +58,7 @@ class Interrupted:
                 self._ask()
                 for number in range(count):
                     await self._moving()
-                    await (self._redirect(number) if number % 2 else self._stop())
+                    await (self._redirect() if number % 2 else self._stop())
                 group.cancel_scope.cancel()
 
         run(main, self.clock)
@@ -77,9 +77,11 @@ class Interrupted:
             elif state.interruptible and self.robot.commanded_speed() > 0.99:
                 return
 
-    async def _redirect(self, number: int) -> None:
+    async def _redirect(self) -> None:
         before, began = self.robot.commanded_speed(), self.clock.now()
-        self.bus.publish(COMMAND, ChangeLocation(time=began, destination=PLACES[number // 2 % 2]))
+        state = self.bus.latest(ROBOT_STATE)
+        now = next((task.destination for task in state.queue if task.status == "active"), "") if state else ""
+        self.bus.publish(COMMAND, ChangeLocation(time=began, destination=PLACES[now == PLACES[0]]))
         self.minor.append(await self._time_until(lambda: self.robot.commanded_speed() < before))
 
     async def _stop(self) -> None:

@@ -1,4 +1,4 @@
-"""Random sequences of commands, stops, moved objects and failures on the PR2 with physics; what must hold after each."""
+"""Random sequences of commands, stops, moved objects and failures, with physics; what must hold after each."""
 
 import math
 

@@ -340,6 +340,24 @@ def test_a_minor_interruption_waits_for_the_end_of_an_atomic_part_and_says_so(ma
     kitchen.check_nothing_lost()
 
 
+def test_a_minor_interruption_while_the_fingers_close_says_so_and_the_object_is_known_to_be_held(make_kitchen):
+    kitchen = make_kitchen(tick=0.02)
+    second = PutBack(time=0.0, object=named("red_cup"))
+
+    async def script():
+        kitchen.say(bring("red_cup"))
+        await kitchen.until(lambda state: not state.interruptible)
+        assert kitchen.states[-1].move_arm
+        kitchen.say(second)
+        await kitchen.until(lambda state: bool(state.holding))
+        await kitchen.settle()
+
+    kitchen.play(script)
+    assert kitchen.of(second) == [("deferred", "atomic_step"), ("done", "")]
+    assert kitchen.moved() == {}
+    kitchen.check_nothing_lost()
+
+
 def test_a_deferred_interruption_can_be_taken_back(make_kitchen):
     kitchen = make_kitchen()
     command = bring("blue_spoon")

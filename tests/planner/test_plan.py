@@ -4,12 +4,9 @@ import anyio
 import pytest
 
 from attune.core.clock import VirtualClock, run
-from attune.planner.plan import (
-    Node,
-    Part,
-    Plan,
-    PlanFailure,
+from attune.planner.combinators import (
     Recovery,
+    atomic_while,
     monitor,
     parallel,
     repeat,
@@ -17,6 +14,7 @@ from attune.planner.plan import (
     sequence,
     try_in_order,
 )
+from attune.planner.plan import Node, Part, Plan, PlanFailure
 
 
 class Broken(PlanFailure):
@@ -186,6 +184,15 @@ def test_an_atomic_part_that_lasts_too_long_is_interrupted_all_the_same(bench):
 def test_a_stop_does_not_wait_for_an_atomic_part(bench):
     assert bench.run(bench.work("a", 60.0, atomic=True), (1.0, Plan.stop)).status == "interrupted"
     assert bench.clock.now() == 1.0
+
+
+def test_an_interruption_waits_while_an_action_cannot_be_cut_short(bench):
+    part = atomic_while(bench.work("a", 9.0), lambda: 2.0 <= bench.clock.now() < 4.0, bench.clock)
+    waits = []
+    assert bench.run(part, (3.0, lambda plan: waits.append(plan.interrupt()))).status == "interrupted"
+    assert waits == [True]
+    assert 4.0 <= bench.clock.now() < 4.1
+    assert bench.atomic == [True, False]
 
 
 def test_an_interruption_that_waits_can_be_taken_back(bench):

@@ -1,11 +1,12 @@
-"""The plan language: small parts that compose, run as a live tree, and can be interrupted anywhere.
+"""The running plan: a live tree of parts that can be interrupted anywhere.
 
 A `Part` is a name and an async function of the `Node` it runs as; the function hangs further parts below its node with
-`node.do`. The combinators here make parts of parts. A part ends in one of three ways: it succeeds with a value, it
-fails (raises one of `FAILURES`), or it is interrupted (its scope is cancelled); nothing here swallows a cancellation.
+`node.do`. `attune.planner.combinators` makes parts of parts. A part ends in one of three ways: it succeeds with
+a value, it fails (raises one of `FAILURES`), or it is interrupted (its scope is cancelled); nothing here swallows a
+cancellation.
 """
 
-from collections.abc import Awaitable, Callable, Mapping, Sequence
+from collections.abc import Awaitable, Callable, Sequence
 from dataclasses import dataclass
 from typing import Any, Generic, Literal, TypeVar
 
@@ -60,6 +61,7 @@ class Node:
         self._plan = plan
         self._parent = parent
         self._frozen: PlanNode | None = None
+        self._holds = False
         self.name = name
         self.atomic = atomic
         self.status: NodeStatus = "pending"
@@ -127,6 +129,12 @@ class Node:
             await anyio.lowlevel.checkpoint()  # Here a deferred interruption takes effect.
         return value
 
+    def hold(self, held: bool) -> None:
+        """What this node does cannot be cut short now, or can again: a minor interruption waits for that."""
+        if held != self._holds:
+            self._holds = held
+            self._plan.hold(1 if held else -1)
+
     def _how_far(self) -> str:
         done = sum(child.status == "succeeded" for child in self.children)
         at = next((child.name for child in self.children if child.status in {"running", "interrupted"}), "")
@@ -161,7 +169,7 @@ class Plan:
 
     @property
     def atomic(self) -> bool:
-        """Whether an atomic part runs."""
+        """Whether something runs that a minor interruption waits for."""
         return self._depth > 0
 
     async def run(self, part: Part[Any]) -> Result:
@@ -198,164 +206,26 @@ class Plan:
         """A node begins."""
         node.status, node.started = "running", self._clock.now()
         node.touched()
-        self._count(node, 1)
+        if node.atomic:
+            node.hold(True)
         self._publish()
 
     def leave(self, node: Node, status: NodeStatus, reason: str = "") -> None:
         """A node has ended."""
         node.status, node.ended, node.reason = status, self._clock.now(), reason
         node.touched()
-        self._count(node, -1)
+        node.hold(False)
         self._publish()
+
+    def hold(self, change: int) -> None:
+        """One node more (1) or less (-1) cannot be cut short."""
+        before = self.atomic
+        self._depth += change
+        if self.atomic != before:
+            self._atomic_changed(self.atomic)
         if self._deferred and not self.atomic:
             self._scope.cancel()
-
-    def _count(self, node: Node, change: int) -> None:
-        if node.atomic:
-            before = self.atomic
-            self._depth += change
-            if self.atomic != before:
-                self._atomic_changed(self.atomic)
 
     def _publish(self) -> None:
         if self._root:
             self._changed(self._root.frozen())
-
-
-# --- combinators --------------------------------------------------------------------------------------------
-
-
-def sequence(name: str, *parts: Part[Any], atomic: bool = False) -> Part[None]:
-    """One after the other; fails with the first that fails."""
-
-    async def body(node: Node) -> None:
-        for part, child in zip(parts, node.expect(parts), strict=True):
-            await node.do(part, child)
-
-    return Part(name, body, atomic)
-
-
-def parallel(name: str, *parts: Part[Any]) -> Part[None]:
-    """All at once; succeeds when all have; the first failure interrupts the others."""
-
-    async def body(node: Node) -> None:
-        failures: list[AttuneError] = []
-
-        async def branch(part: Part[Any], child: Node) -> None:
-            try:
-                await node.do(part, child)
-            except FAILURES as failure:
-                failures.append(failure)
-                group.cancel_scope.cancel()
-
-        async with anyio.create_task_group() as group:
-            for part, child in zip(parts, node.expect(parts), strict=True):
-                group.start_soon(branch, part, child)
-        if failures:
-            raise failures[0]
-
-    return Part(name, body)
-
-
-def try_in_order(
-    name: str, *parts: Part[T], on: tuple[type[AttuneError], ...] = FAILURES, atomic: bool = False
-) -> Part[T]:
-    """The first that succeeds; goes on to the next when one fails with a type in `on`; else fails as the last did."""
-    if not parts:
-        raise ValueError("try_in_order needs a part")
-
-    async def body(node: Node) -> T:
-        children = node.expect(parts)
-        for part, child in zip(parts[:-1], children[:-1], strict=True):
-            try:
-                return await node.do(part, child)
-            except on:
-                continue
-        return await node.do(parts[-1], children[-1])
-
-    return Part(name, body, atomic)
-
-
-def repeat(name: str, part: Part[Any], while_: Callable[[int], bool]) -> Part[None]:
-    """Again and again as long as `while_(rounds done)` holds."""
-
-    async def body(node: Node) -> None:
-        rounds = 0
-        while while_(rounds):
-            await node.do(part)
-            rounds += 1
-
-    return Part(name, body)
-
-
-@dataclass(frozen=True, slots=True)
-class Recovery:
-    """What repairs the damage of one type of failure.
-
-    Attributes:
-        make: Makes the part that does, from the failure.
-        times: How often in one `retry`.
-    """
-
-    make: Callable[[Any], Part[Any]]
-    times: int
-
-
-def retry(name: str, part: Callable[[int], Part[T]], recoveries: Mapping[type[AttuneError], Recovery]) -> Part[T]:
-    """`part(attempt)` until it succeeds; between two attempts the recovery for the type of the failure.
-
-    Fails with a failure that has no recovery, or whose recovery was used as often as it may be. A recovery that fails
-    does not end it: the next attempt begins with the world as it is then.
-    """
-
-    async def body(node: Node) -> T:
-        used: list[type[AttuneError]] = []
-        while True:
-            try:
-                return await node.do(part(len(used)))
-            except FAILURES as failure:
-                type_ = next((type_ for type_ in recoveries if isinstance(failure, type_)), None)
-                if type_ is None or used.count(type_) >= recoveries[type_].times:
-                    raise
-                used.append(type_)
-                repair = recoveries[type_].make(failure)
-            try:
-                await node.do(repair)
-            except FAILURES:
-                continue
-
-    return Part(name, body)
-
-
-def monitor(
-    name: str,
-    part: Part[T],
-    holds: Callable[[], bool],
-    broken: Callable[[], AttuneError],
-    clock: Clock,
-    period: float = 0.1,
-) -> Part[T]:
-    """Run a part as long as `holds()`; when it does not any more, interrupt the part and fail with `broken()`."""
-
-    async def body(node: Node) -> T:
-        values: list[T] = []
-        failures: list[AttuneError] = []
-
-        async def watch() -> None:
-            while holds():
-                await clock.sleep(period)
-            failures.append(broken())
-            group.cancel_scope.cancel()
-
-        async with anyio.create_task_group() as group:
-            group.start_soon(watch)
-            try:
-                values.append(await node.do(part))
-            except FAILURES as failure:
-                failures.append(failure)
-            group.cancel_scope.cancel()
-        if values:
-            return values[0]
-        raise failures[0]
-
-    return Part(name, body)

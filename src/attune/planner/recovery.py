@@ -6,7 +6,8 @@ from typing import Any
 from attune.core.errors import AttuneError
 from attune.core.messages import ObjectSpec, OutcomeReason
 from attune.planner.belief import Individual
-from attune.planner.plan import Node, Part, PlanFailure, Recovery
+from attune.planner.combinators import Recovery
+from attune.planner.plan import Node, Part, PlanFailure
 from attune.planner.skills import Skills
 from attune.robots.interface import (
     Collision,

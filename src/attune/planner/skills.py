@@ -10,7 +10,8 @@ from attune.core.clock import Clock
 from attune.core.scene import Scene, Surface
 from attune.planner.belief import Belief, Individual
 from attune.planner.designators import Spot, is_clear, look_points, middle
-from attune.planner.plan import Node, Part, monitor
+from attune.planner.combinators import atomic_while, monitor
+from attune.planner.plan import Node, Part
 from attune.planner.state import StateBoard
 from attune.robots.interface import (
     Arm,
@@ -291,9 +292,9 @@ class Skills:
                     used = await self.robot.pick(now, wanted, goal)
                 self.belief.taken(item.name, used)
 
-            target = PickTarget(percept, goal, wanted)
+            target, act = PickTarget(percept, goal, wanted), self._with_fingers(Part("grasp", grasp))
             name = f"take it with the {wanted} hand" if wanted else "take it"
-            return self.at_base_pose(name, target, Part("grasp", grasp), place, keep_open=container)
+            return self.at_base_pose(name, target, act, place, keep_open=container)
 
         async def body(node: Node) -> None:
             if surface and surface.container:
@@ -327,10 +328,14 @@ class Skills:
                 await node.do(self.open_for(surface))
             self.placing = None
             target = PlaceTarget(arm, spot.position)
-            act, container = Part("put down", put), surface.container
+            act, container = self._with_fingers(Part("put down", put)), surface.container
             await node.do(self.at_base_pose("put it down", target, act, surface.place, keep_open=container))
 
         return Part(f"put {item.name} on {surface.name}", body)
+
+    def _with_fingers(self, part: Part[T]) -> Part[T]:
+        """While the fingers close or open, a minor interruption waits for the end of that."""
+        return atomic_while(part, lambda: self.robot.status().atomic, self.clock)
 
     def _watching_hands(self, name: str, part: Part[T]) -> Part[T]:
         """Fail with `ObjectLost` as soon as something held is not in the gripper any more."""

@@ -7,9 +7,10 @@ from attune.core.errors import AttuneError
 from attune.core.messages import ObjectSpec
 from attune.planner.agenda import Goal
 from attune.planner.belief import EXPECTED, Individual
+from attune.planner.combinators import retry
 from attune.planner.designators import Spot, free_spots, home_spots, is_delivered, search_order, stands, stopover
 from attune.planner.desk import Desk
-from attune.planner.plan import FAILURES, Node, Part, retry
+from attune.planner.plan import FAILURES, Node, Part
 from attune.planner.recovery import NoSpace, NotFound, recoveries
 from attune.planner.skills import Skills
 from attune.robots.interface import ObjectNotThere, PathBlocked, PlacementFailed, Unreachable

@@ -121,6 +121,7 @@ class RobotStatus:
         halted: Whether `halt` is in force.
         holding: What each arm holds: the names of percepts.
         opened: Containers that it has opened and not closed again.
+        atomic: Whether it does something that a cancellation waits for, such as closing the fingers.
     """
 
     base: BasePose
@@ -128,6 +129,7 @@ class RobotStatus:
     halted: bool
     holding: Mapping[Arm, str] = field(default_factory=dict)
     opened: frozenset[str] = frozenset()
+    atomic: bool = False
 
 
 class RobotFailure(AttuneError):

@@ -106,6 +106,7 @@ class SymbolicRobot(Robot):
         self._opened: set[str] = set()
         self._halted = threading.Event()
         self._working = False
+        self._atomic = False
         self._faults: dict[Action, list[RobotFailure]] = {}
         self._things: dict[str, _Thing] = {}
         self.arms_parked = True
@@ -174,6 +175,7 @@ class SymbolicRobot(Robot):
             halted=self._halted.is_set(),
             holding=self._holding(),
             opened=frozenset(self._opened),
+            atomic=self._atomic,
         )
 
     async def run(self) -> None:
@@ -324,14 +326,14 @@ class SymbolicRobot(Robot):
     async def _spend(self, seconds: float, *, atomic: bool = False) -> None:
         """Work for a while. Time under a halt does not count, and a halt lets even atomic work be cancelled."""
         remaining = max(1, round(seconds / self._tick))
-        self._working = True
+        self._working, self._atomic = True, atomic
         try:
             while remaining:
                 with anyio.CancelScope(shield=atomic and not self._halted.is_set()):
                     await self._clock.sleep(self._tick)
                     remaining -= not self._halted.is_set()
         finally:
-            self._working = False
+            self._working = self._atomic = False
 
     async def _turn(self, yaw: float) -> None:
         angle = math.remainder(yaw - self._base.yaw, math.tau)

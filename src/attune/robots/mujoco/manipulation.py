@@ -73,6 +73,8 @@ class Manipulation:
         self._clock = clock
         self._look = look
         self._rng = rng
+        self.closing = False
+        """Whether fingers close on something, shielded from cancellation."""
 
     async def pick(self, percept: Percept, arms: tuple[Arm, ...], pitch: float | None = None) -> Arm:
         """Grasp, lift and take to a posture for driving. See `Robot.pick`."""
@@ -160,9 +162,11 @@ class Manipulation:
     async def _grasp(self, arm: Arm, percept: Percept, in_hand: Frame) -> None:
         """Close the fingers; shielded from cancellation for `_CLOSING` + `_PRESSING` seconds at most."""
         with anyio.CancelScope(shield=True):
+            self.closing = True
             with anyio.move_on_after(_CLOSING):
                 await self._motions.fingers(arm, pr2.GRIPPER_CLOSED)
             await self._motions.wait_until(lambda: self._world.held(arm) is not None, _PRESSING)
+            self.closing = False
             if self._world.held(arm) is not None:
                 self._beliefs.grasped(arm, percept, in_hand)
                 self._motions.forget_way(arm)

@@ -104,6 +104,7 @@ class MujocoRobot(Robot):
             halted=self._controller.halted,
             holding={arm: name for arm, name in held.items() if name is not None},
             opened=opened,
+            atomic=self._manipulation.closing,
         )
 
     async def run(self) -> None:
