@@ -183,8 +183,8 @@ def test_a_replacement_by_what_stands_there_already_takes_the_old_one_back() -> 
 
 
 def test_every_command_of_a_sample_is_executed_or_rightly_refused() -> None:
-    evaluation = evaluate_planner("symbolic", sample=200)
-    assert len(evaluation.runs) == 200
+    evaluation = evaluate_planner("symbolic", sample=120)
+    assert len(evaluation.runs) == 120
     assert evaluation.of_all > 5000
     assert failures(evaluation.runs) == ()
     data, text = to_data(evaluation), to_markdown(evaluation)

@@ -9,8 +9,8 @@ from typing import Literal, TypeVar
 from attune.core.clock import Clock
 from attune.core.scene import Scene, Surface
 from attune.planner.belief import Belief, Individual
-from attune.planner.designators import Spot, is_clear, look_points, middle
 from attune.planner.combinators import atomic_while, monitor
+from attune.planner.designators import Spot, is_clear, look_points, middle
 from attune.planner.plan import Node, Part
 from attune.planner.state import StateBoard
 from attune.robots.interface import (
