@@ -101,8 +101,9 @@ async def _listen(
 
     def stop(signal: StopSignal) -> None:
         nonlocal heard_anything
-        heard_anything = True
-        _print({"file": source, "stop_at": signal.time})
+        if signal.state == "spotted":
+            heard_anything = True
+            _print({"file": source, "stop_at": signal.time})
 
     def warn(event: Event) -> None:
         if event.kind == "warning":

@@ -42,6 +42,8 @@ class SpeechConfig(_Section):
     """The same after what is a whole command [s]."""
     end_silence_fragment: float = Field(1.2, gt=0, le=5)
     """The same after a fragment such as "bring me the" [s]."""
+    more_time_for_older: float = Field(1.5, ge=1, le=3)
+    """For older adults, these three pauses are so many times longer."""
     max_utterance: float = Field(20.0, gt=0, le=120)
     """Longest utterance [s]; it ends there, and what was heard is used."""
     whisper_model: str = "small.en"

@@ -1,4 +1,4 @@
-"""Whether what was said so far is a whole sentence: it tells the speech side how long a pause may be."""
+"""What a text so far is: a whole sentence or not, an order to stop or not. The speech side asks it as people speak."""
 
 from collections.abc import Callable
 from functools import lru_cache
@@ -29,3 +29,14 @@ def completeness(scene: Scene) -> Callable[[str], bool | None]:
         return False if intent == "fragment" else None
 
     return is_complete
+
+
+def reads_as_stop(scene: Scene) -> Callable[[str], bool]:
+    """A function that tells whether a partial text is an order to stop, as far as it goes."""
+    interpreter = GrammarInterpreter(scene_lexicon(scene))
+
+    @lru_cache(maxsize=64)
+    def is_stop(text: str) -> bool:
+        return bool(text) and interpreter.read(text).intent == "stop"
+
+    return is_stop

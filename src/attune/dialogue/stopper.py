@@ -20,12 +20,14 @@ class Stopper:
         self.spotted: StopSignal | None = None
 
     def spot(self, signal: StopSignal) -> None:
-        """A stop was spotted while somebody still speaks."""
+        """A stop was spotted while somebody still speaks, or is taken back because they went on differently."""
         if signal.state == "spotted":
             self.spotted = signal
             self._tell("stop_spotted", f"heard {signal.word or 'a stop word'!r}: pausing", signal.id)
-        elif signal.state == "confirmed":
-            self.spotted = None
+            return
+        if signal.state == "withdrawn" and self.spotted is not None:
+            self._tell("stop_withdrawn", "what followed was no order to stop", self.spotted.id)
+        self.spotted = None
 
     def confirm(self, utterance: Utterance, band: Band) -> None:
         """The final text is a stop."""

@@ -19,6 +19,7 @@ from attune.core.log import get_logger
 from attune.core.scene import Scene, load_scene
 from attune.dialogue.bridge import DialogueBridge
 from attune.dialogue.choice import make_interpreter
+from attune.dialogue.completeness import completeness, reads_as_stop
 from attune.dialogue.corpus import domain_sentences
 from attune.dialogue.llm import LlmInterpreter
 from attune.dialogue.profiles import ProfileStore
@@ -132,8 +133,18 @@ class Session:
         from attune.speech.listener import Listener
 
         speech = self.config.speech
-        age = make_age_estimator(speech.age, speech.older_from)
-        return Listener(self.bus, self.clock, audio, domain_sentences(self.scene), speech, age=age)
+        return Listener(
+            self.bus,
+            self.clock,
+            audio,
+            domain_sentences(self.scene),
+            speech,
+            age=make_age_estimator(speech.age, speech.older_from),
+            is_complete=completeness(self.scene),
+            is_stop=reads_as_stop(self.scene),
+            band=lambda: self.dialogue.speaker.band,
+            clean=self._canceller.clean if self._canceller else lambda frame: frame,
+        )
 
     def _forward_stop(self, signal: m.StopSignal) -> None:
         self.bus.publish(ROBOT_STOP, signal)

@@ -6,6 +6,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from attune.core.config import SpeechConfig
+from attune.core.messages import Band
 from attune.speech.audio import FRAME_SECONDS, Frame, Samples
 
 _BEGIN_FRAMES = 2
@@ -14,6 +15,25 @@ _SHORTEST_SPEECH = 0.1
 """Less voice than this in an utterance is a noise [s]."""
 _QUIET_AFTER = 0.2
 """After such a pause nobody is speaking at the moment [s]; the utterance may still go on."""
+_BACKGROUND_MEMORY = 8.0
+_BACKGROUND_SHARE = 0.15
+"""The background is as loud as the quietest 15 % of the last 8 s: even people who talk on leave that to it."""
+_OVER_BACKGROUND = 6.0
+"""Speech is louder than the background by this much [dB]: other people's talk in the distance is background."""
+_UNDER_SPEECH = 18.0
+"""What is softer than the utterance's loudest moment by more than this [dB] is not of the same person any more."""
+_NEARER = 10.0
+"""A voice that is louder than the utterance so far by this much [dB] is somebody else, nearer by: it begins its own."""
+_LEVEL_KNOWN_AFTER = 1.0
+"""So much voice tells how loud a person speaks [s]."""
+_QUIETEST = -90.0
+"""Digital silence [dB full scale]."""
+_CUT_OFF = 1.5
+"""Who goes on within this time after an utterance [s] had not finished it."""
+_HESITATES = 1.25
+"""How much longer than the longest of a person's recent pauses we wait."""
+_RECENT = 4
+"""Utterances whose pauses are remembered."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -61,17 +81,25 @@ class Endpointer:
     """Finds utterances in a stream. Belongs to one thread at a time.
 
     An utterance ends after a pause: a short one when what was said so far is complete, a long one when it is a
-    fragment ("bring me the ..."), the configured one when nobody knows.
+    fragment ("bring me the ..."), the configured one when nobody knows. Older adults get more time, and so does
+    everybody who paused for long within their last utterances, or went on right after one of them.
     """
 
     def __init__(self, config: SpeechConfig) -> None:
         self._config = config
         self._voice = VoiceActivity()
         self._before: deque[Frame] = deque(maxlen=_BEGIN_FRAMES + round(config.pre_roll / FRAME_SECONDS))
+        remembered = round(_BACKGROUND_MEMORY / FRAME_SECONDS)
+        # Until it is known, the background is taken for quiet: somebody may speak from the first moment on.
+        self._levels = deque([_QUIETEST] * remembered, maxlen=remembered)
+        self._pauses: deque[float] = deque(maxlen=_RECENT)
+        self._pause = 0.0
         self._voiced_in_a_row = 0
+        self._nearer_in_a_row = 0
         self._voiced = 0.0
+        self._loudest = _QUIETEST
         self._start = 0.0
-        self._end = 0.0
+        self._end = float("-inf")
         self._now = 0.0
         self.active = False
         """Whether an utterance is going on."""
@@ -81,44 +109,85 @@ class Endpointer:
         """Whether somebody speaks at this moment; False in the pauses of an utterance."""
         return self.active and self._now - self._end < _QUIET_AFTER
 
-    def accept(self, frame: Frame, is_complete: bool | None = None) -> SpeechBegan | SpeechEnded | None:
-        """Take the next frame.
+    def accept(
+        self, frame: Frame, is_complete: bool | None = None, band: Band = "unknown"
+    ) -> tuple[SpeechBegan | SpeechEnded, ...]:
+        """Take the next frame. A nearer voice ends one utterance and begins another.
 
         Args:
             frame: The sound.
             is_complete: Whether what was understood so far is a whole sentence; None if that is not known.
+            band: The age band of who speaks.
         """
         probability = self._voice.probability(frame.samples)
+        level = _level(frame.samples)
         self._now = frame.end
+        self._before.append(frame)
+        self._levels.append(level)
         if not self.active:
-            return self._wait(frame, probability)
-        if probability >= self._config.voice_off:
+            return self._wait(frame, probability, level)
+        if self._is_nearer(probability, level) and (ended := self.finish()):
+            return (ended, self._begin(frame, level))
+        if probability >= self._config.voice_off and level >= self._loudest - _UNDER_SPEECH:
+            self._pause = max(self._pause, frame.time - self._end)
             self._end = frame.end
             self._voiced += FRAME_SECONDS
-        pause = {True: self._config.end_silence_complete, False: self._config.end_silence_fragment}
+            self._loudest = max(self._loudest, level)
         too_long = frame.end - self._start >= self._config.max_utterance
         # Half a frame of tolerance, so that rounding never adds a frame.
-        if too_long or frame.end - self._end >= pause.get(is_complete, self._config.end_silence) - FRAME_SECONDS / 2:  # type: ignore[arg-type]
-            return self.finish()
-        return None
+        if too_long or frame.end - self._end >= self._patience(is_complete, band) - FRAME_SECONDS / 2:
+            ended = self.finish()
+            self._before.clear()
+            return (ended,) if ended else ()
+        return ()
 
     def finish(self) -> SpeechEnded | None:
         """End the utterance now, if there is one: the sound has ended."""
         if not self.active:
             return None
         self.active = False
-        self._voiced_in_a_row = 0
-        return SpeechEnded(self._start, self._end, is_noise=self._voiced < _SHORTEST_SPEECH)
+        self._voiced_in_a_row = self._nearer_in_a_row = 0
+        is_noise = self._voiced < _SHORTEST_SPEECH
+        if not is_noise:
+            self._pauses.append(self._pause)
+        return SpeechEnded(self._start, self._end, is_noise=is_noise)
 
-    def _wait(self, frame: Frame, probability: float) -> SpeechBegan | None:
-        self._before.append(frame)
-        self._voiced_in_a_row = self._voiced_in_a_row + 1 if probability >= self._config.voice_on else 0
-        if self._voiced_in_a_row < _BEGIN_FRAMES:
-            return None
+    def _patience(self, is_complete: bool | None, band: Band) -> float:
+        """How long a pause ends the utterance [s]."""
+        config = self._config
+        longest = config.end_silence_fragment * (config.more_time_for_older if band == "older" else 1.0)
+        usual = {True: config.end_silence_complete, False: config.end_silence_fragment, None: config.end_silence}
+        pause = usual[is_complete] * (config.more_time_for_older if band == "older" else 1.0)
+        return min(longest, max(pause, _HESITATES * max(self._pauses, default=0.0)))
+
+    def _is_nearer(self, probability: float, level: float) -> bool:
+        is_voice = probability >= self._config.voice_on
+        nearer = is_voice and self._voiced >= _LEVEL_KNOWN_AFTER and level >= self._loudest + _NEARER
+        self._nearer_in_a_row = self._nearer_in_a_row + 1 if nearer else 0
+        return self._nearer_in_a_row >= _BEGIN_FRAMES
+
+    def _wait(self, frame: Frame, probability: float, level: float) -> tuple[SpeechBegan, ...]:
+        background = float(np.quantile(self._levels, _BACKGROUND_SHARE)) if probability >= self._config.voice_on else 0.0
+        is_voice = probability >= self._config.voice_on and level >= background + _OVER_BACKGROUND
+        self._voiced_in_a_row = self._voiced_in_a_row + 1 if is_voice else 0
+        return (self._begin(frame, level),) if self._voiced_in_a_row >= _BEGIN_FRAMES else ()
+
+    def _begin(self, frame: Frame, level: float) -> SpeechBegan:
         self.active = True
-        self._voiced = self._voiced_in_a_row * FRAME_SECONDS
+        self._voiced = _BEGIN_FRAMES * FRAME_SECONDS
         self._start = frame.end - self._voiced
+        since_last = self._start - self._end
+        if self._pauses and since_last < _CUT_OFF:
+            self._pauses[-1] = max(self._pauses[-1], since_last)
+        self._pause = 0.0
         self._end = frame.end
+        self._loudest = level
         frames = tuple(self._before)
         self._before.clear()
         return SpeechBegan(frames, self._start)
+
+
+def _level(samples: Samples) -> float:
+    """Root mean square [dB full scale]."""
+    power = float(np.mean(np.square(samples)))
+    return max(_QUIETEST, 10 * float(np.log10(max(power, 1e-9))))

@@ -12,16 +12,16 @@ from attune.core.clock import Clock
 from attune.core.config import SpeechConfig
 from attune.core.events import Event
 from attune.core.log import get_logger
-from attune.core.messages import AgeEstimate, SpeechActivity, StopSignal, Utterance
+from attune.core.messages import AgeEstimate, Band, SpeechActivity, StopSignal, Utterance
 from attune.speech.age.estimator import AgeEstimator
 from attune.speech.age.tracker import AgeTracker
 from attune.speech.audio import AudioSource, Frame
 from attune.speech.choice import choose_recogniser
 from attune.speech.endpointing import Endpointer, SpeechBegan, SpeechEnded
 from attune.speech.recogniser import Recogniser, Recognition
-from attune.speech.stop_spotter import StopSpotter
+from attune.speech.stop_spotter import StopReview, StopSpotter, reads_as_stop
 
-_Change = SpeechBegan | SpeechEnded | None
+_Change = tuple[SpeechBegan | SpeechEnded, ...]
 _Heard = Frame | SpeechBegan | SpeechEnded
 _HOPELESS = 0.02
 """Confidence under which what was recognised is no utterance at all."""
@@ -48,6 +48,8 @@ class Listener:
         age: Estimates the speaker's age; None does not.
         is_complete: Whether a partial text is a whole sentence (True), a fragment (False), or unknown (None): it
             sets how long a pause ends the utterance.
+        is_stop: Whether a partial text reads as an order to stop: a spotted stop is taken back early if not.
+        band: The age band of who speaks, which sets how much time they get; None takes it from their voice.
         clean: Removes the robot's own voice (or noise) from each frame before anything hears it.
         recogniser: Used instead of the configured one.
     """
@@ -62,6 +64,8 @@ class Listener:
         *,
         age: AgeEstimator | None = None,
         is_complete: Callable[[str], bool | None] = lambda _: None,
+        is_stop: Callable[[str], bool] = reads_as_stop,
+        band: Callable[[], Band] | None = None,
         clean: Callable[[Frame], Frame] = lambda frame: frame,
         recogniser: Recogniser | None = None,
     ) -> None:
@@ -74,9 +78,11 @@ class Listener:
         self._is_complete = is_complete
         self._clean = clean
         self._recogniser = recogniser
+        self._review = StopReview(is_stop)
         self._partial = ""
         self.speaker_age = AgeTracker(config.older_from)
         """The mean of the last interactions."""
+        self._band = band or (lambda: self.speaker_age.current.band)
 
     async def run(self) -> None:
         """Listen until cancelled, or until the source ends and its last utterance is out.
@@ -103,21 +109,23 @@ class Listener:
         with send:
             async for raw in self._source.frames(self._clock):
                 hint = self._is_complete(self._partial) if self._partial else None
-                frame = self._clean(raw)
+                frame, band = self._clean(raw), self._band()
 
-                def hear(frame: Frame = frame, hint: bool | None = hint) -> tuple[_Change, str]:
-                    return ears.endpointer.accept(frame, hint), ears.spotter.accept(frame.samples, frame.end)
+                def hear(frame: Frame = frame, hint: bool | None = hint, band: Band = band) -> tuple[_Change, str]:
+                    return ears.endpointer.accept(frame, hint, band), ears.spotter.accept(frame.samples, frame.end)
 
-                change, stop_word = await self._clock.run_in_thread(hear)
+                changes, stop_word = await self._clock.run_in_thread(hear)
                 if stop_word:
-                    self._tell_stop(stop_word)
+                    self._tell_stop(stop_word, frame.end)
+                if self._review.takes_back(self._partial, frame.end, speaking=ears.endpointer.speaking):
+                    self._take_back()
                 if ears.endpointer.speaking != was_speaking:
                     was_speaking = ears.endpointer.speaking
                     self._bus.publish(SPEECH_ACTIVITY, SpeechActivity(time=self._clock.now(), speaking=was_speaking))
-                if change is None and ears.endpointer.active:
-                    send.send_nowait(frame)
-                elif change is not None:
+                for change in changes:
                     send.send_nowait(change)
+                if not changes and ears.endpointer.active:
+                    send.send_nowait(frame)
             if (ended := ears.endpointer.finish()) is not None:
                 send.send_nowait(ended)
         if was_speaking:
@@ -143,7 +151,7 @@ class Listener:
                 utterance.extend(frames)
                 self._partial = await self._clock.run_in_thread(lambda frames=frames: accept(frames))  # type: ignore[misc]
                 if stop_word := ears.spotter.accept_partial(self._partial, frames[-1].end):
-                    self._tell_stop(stop_word)
+                    self._tell_stop(stop_word, frames[-1].end)
 
     async def _finish(self, ears: _Ears, ended: SpeechEnded, frames: Sequence[Frame]) -> None:
         samples = np.concatenate([frame.samples for frame in frames])
@@ -155,7 +163,10 @@ class Listener:
         recognition, estimate = await self._clock.run_in_thread(finish)
         self._partial = ""
         ears.spotter.end_utterance()
+        awaited = self._review.decided()
         if ended.is_noise or not recognition.text or recognition.confidence < _HOPELESS:
+            if awaited:
+                self._take_back()
             return
         now = self._clock.now()
         utterance = Utterance(
@@ -174,7 +185,11 @@ class Listener:
             Event(time=now, cause=utterance.id, kind="heard", text="Heard an utterance", data={"text": utterance.text}),
         )
 
-    def _tell_stop(self, word: str) -> None:
+    def _tell_stop(self, word: str, heard_at: float) -> None:
         now = self._clock.now()
+        self._review.spotted(heard_at)
         self._bus.publish(SPEECH_STOP, StopSignal(time=now, state="spotted", source="spotter", word=word))
         self._bus.publish(EVENT, Event(time=now, kind="stop_spotted", text=f'Heard "{word}"'))
+
+    def _take_back(self) -> None:
+        self._bus.publish(SPEECH_STOP, StopSignal(time=self._clock.now(), state="withdrawn", source="spotter"))

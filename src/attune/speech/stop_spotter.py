@@ -2,6 +2,7 @@
 
 import re
 import tempfile
+from collections.abc import Callable
 from pathlib import Path
 
 from attune.speech.audio import Samples
@@ -18,6 +19,10 @@ _STEADY = 3
 _NEGATED = re.compile(r"(?<!\w)(?:don't|do not|not|never|without|can't|no need to)(?: \w+)? $")
 _REFRACTORY = 1.0
 """Both ways of hearing tell the same word within this time [s]."""
+_DOUBT = 0.5
+"""Whoever speaks on for this long [s] without the text reading as a stop did not mean one."""
+_LONGEST_DOUBT = 1.2
+"""No text can be expected to make it a stop after this long [s]; the final one still may."""
 
 
 class StopSpotter:
@@ -93,3 +98,53 @@ class StopSpotter:
             return False
         self._told = time
         return True
+
+
+class StopReview:
+    """Takes a spotted stop back before the end of the sentence, once what is understood so far contradicts it.
+
+    Nothing is lost by that: if the final text turns out to be a stop, it halts the robot all the same.
+
+    Args:
+        is_stop: Whether a text so far reads as an order to stop.
+    """
+
+    def __init__(self, is_stop: Callable[[str], bool]) -> None:
+        self._is_stop = is_stop
+        self._spotted: float | None = None
+        self._doubtful: float | None = None
+
+    def spotted(self, time: float) -> None:
+        """A stop was spotted."""
+        self._spotted, self._doubtful = time, None
+
+    def decided(self) -> bool:
+        """The text is final, or there is none. Returns whether a spotted stop was waiting for it."""
+        was_open, self._spotted = self._spotted is not None, None
+        return was_open
+
+    def takes_back(self, partial: str, time: float, *, speaking: bool) -> bool:
+        """Whether the spotted stop is to be taken back now.
+
+        Args:
+            partial: What was understood so far of the utterance that is going on; "" without one.
+            time: Now [s].
+            speaking: Somebody speaks at this moment.
+        """
+        if self._spotted is None:
+            return False
+        if self._is_stop(partial):
+            self._doubtful = None
+            return False
+        if self._doubtful is None:
+            self._doubtful = time
+        went_on = speaking and time - self._doubtful >= _DOUBT
+        if went_on or time - self._spotted >= _LONGEST_DOUBT:
+            self._spotted = None
+            return True
+        return False
+
+
+def reads_as_stop(text: str) -> bool:
+    """Whether a stop word is in it that is not negated."""
+    return any(not _NEGATED.search(text[: match.start()]) for match in _STOP.finditer(text))

@@ -131,7 +131,9 @@ class Voice:
         self._floor_free_at = self._clock.now()
         self._changed.set()
 
-    def _stop(self, _signal: StopSignal) -> None:
+    def _stop(self, signal: StopSignal) -> None:
+        if signal.state == "withdrawn":
+            return
         for old in self._waiting:
             self._tell(old, "dropped", "")
         self._waiting.clear()
