@@ -23,11 +23,15 @@ RECORDINGS = {".wav", ".flac", ".mp3", ".ogg", ".opus", ".aiff", ".aif", ".au"}
 def listen(
     sources: Annotated[list[str], typer.Argument(help="Recordings, folders of recordings, or `microphone`.")],
     asr: Annotated[str, typer.Option(help="The recogniser: auto, sphinx or whisper.")] = "",
+    as_json: Annotated[
+        bool, typer.Option("--json", help="Print warnings about the sound as JSON Lines, too, not on standard error.")
+    ] = False,
     config: Annotated[Path | None, typer.Option(help="A configuration file instead of ./attune.toml.")] = None,
 ) -> None:
     """Print what is said as JSON Lines: utterances with times, confidence and age; stop signals as they are spotted.
 
     Recordings are worked through as fast as possible. A bad one gives one line on standard error and exit status 1.
+    A microphone that is dead, hums, or is too loud or too soft gives one line as well, each at most once a minute.
 
     Example: attune listen recording.wav
     """
@@ -48,7 +52,7 @@ def listen(
     failed = False
 
     def hear(source: str, audio: AudioSource, clock: Clock) -> None:
-        run(lambda: _listen(source, audio, clock, settings.speech, recogniser), clock)
+        run(lambda: _listen(source, audio, clock, settings.speech, recogniser, as_json), clock)
 
     for source in sources:
         try:
@@ -83,7 +87,7 @@ def _recordings(source: Path) -> list[Path]:
 
 
 async def _listen(
-    source: str, audio: AudioSource, clock: Clock, settings: SpeechConfig, recogniser: Recogniser
+    source: str, audio: AudioSource, clock: Clock, settings: SpeechConfig, recogniser: Recogniser, as_json: bool
 ) -> None:
     from attune.core.bus import EVENT, SPEECH_STOP, UTTERANCE, Bus
     from attune.core.codec import to_data
@@ -106,7 +110,11 @@ async def _listen(
             _print({"file": source, "stop_at": signal.time})
 
     def warn(event: Event) -> None:
-        if event.kind == "warning":
+        if event.kind != "warning":
+            return
+        if as_json:
+            _print({"file": source, "at": event.time, "warning": event.text})
+        else:
             typer.echo(f"attune: {source}: {event.text}", err=True)
 
     age = make_age_estimator(settings.age, settings.older_from)

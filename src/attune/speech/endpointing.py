@@ -167,8 +167,10 @@ class Endpointer:
         return self._nearer_in_a_row >= _BEGIN_FRAMES
 
     def _wait(self, frame: Frame, probability: float, level: float) -> tuple[SpeechBegan, ...]:
-        background = float(np.quantile(self._levels, _BACKGROUND_SHARE)) if probability >= self._config.voice_on else 0.0
-        is_voice = probability >= self._config.voice_on and level >= background + _OVER_BACKGROUND
+        is_voice = probability >= self._config.voice_on
+        if is_voice:
+            background = float(np.quantile(self._levels, _BACKGROUND_SHARE))
+            is_voice = level >= background + _OVER_BACKGROUND
         self._voiced_in_a_row = self._voiced_in_a_row + 1 if is_voice else 0
         return (self._begin(frame, level),) if self._voiced_in_a_row >= _BEGIN_FRAMES else ()
 

@@ -18,6 +18,7 @@ from attune.speech.age.tracker import AgeTracker
 from attune.speech.audio import AudioSource, Frame
 from attune.speech.choice import choose_recogniser
 from attune.speech.endpointing import Endpointer, SpeechBegan, SpeechEnded
+from attune.speech.levels import LevelMonitor, Problem, advice
 from attune.speech.recogniser import Recogniser, Recognition
 from attune.speech.stop_spotter import StopReview, StopSpotter, reads_as_stop
 
@@ -106,6 +107,7 @@ class Listener:
 
     async def _watch(self, ears: _Ears, send: MemoryObjectSendStream[_Heard]) -> None:
         was_speaking = False
+        levels = LevelMonitor()
         with send:
             async for raw in self._source.frames(self._clock):
                 hint = self._is_complete(self._partial) if self._partial else None
@@ -119,6 +121,8 @@ class Listener:
                     self._tell_stop(stop_word, frame.end)
                 if self._review.takes_back(self._partial, frame.end, speaking=ears.endpointer.speaking):
                     self._take_back()
+                for problem in levels.accept(raw, speaking=ears.endpointer.speaking):
+                    self._warn(problem)
                 if ears.endpointer.speaking != was_speaking:
                     was_speaking = ears.endpointer.speaking
                     self._bus.publish(SPEECH_ACTIVITY, SpeechActivity(time=self._clock.now(), speaking=was_speaking))
@@ -193,3 +197,7 @@ class Listener:
 
     def _take_back(self) -> None:
         self._bus.publish(SPEECH_STOP, StopSignal(time=self._clock.now(), state="withdrawn", source="spotter"))
+
+    def _warn(self, problem: Problem) -> None:
+        data = {"microphone": problem}
+        self._bus.publish(EVENT, Event(time=self._clock.now(), kind="warning", text=advice(problem), data=data))
