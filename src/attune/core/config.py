@@ -50,6 +50,8 @@ class SpeechConfig(_Section):
     """Whisper's weights: a size, a name on the Hugging Face hub, or a folder (converted for CTranslate2)."""
     echo_cancellation: bool = True
     """Whether the robot's own voice is taken out of what the microphone hears while the loudspeaker is on."""
+    noise_suppression: bool = True
+    """Whether steady noise is lowered before anything is recognised; needs the extra `echo`."""
     microphone: str = ""
     """Name or number of the input device; "" takes the system's default."""
     age: str = "norms"

@@ -25,12 +25,13 @@ from attune.dialogue.llm import LlmInterpreter
 from attune.dialogue.profiles import ProfileStore
 from attune.planner.planner import Planner
 from attune.robots.interface import Robot
+from attune.speech.echo import make_cleaner
 from attune.voice.voice import Voice
 
 if TYPE_CHECKING:
     from attune.speech.audio import AudioSource
-    from attune.speech.echo import EchoCanceller
     from attune.speech.listener import Listener
+    from attune.voice.playback import Output
 
 RESTING: frozenset[m.Step] = frozenset({"idle", "task_done", "already_done", "stopped", "failed"})
 """Steps in which the robot waits for a person."""
@@ -43,6 +44,7 @@ class Session:
         config: The configuration.
         clock: Real for people, virtual for tests and trials.
         audio: Where speech comes from; None for typed text only.
+        loudspeaker: Where the robot's voice sounds; None opens what the configuration names.
         scene: The kitchen; None reads the one the configuration names.
         robot: The robot; None makes the one the configuration names.
         profiles: What is remembered about people who agreed to it; None remembers nothing.
@@ -57,6 +59,7 @@ class Session:
         clock: Clock,
         *,
         audio: AudioSource | None = None,
+        loudspeaker: Output | None = None,
         scene: Scene | None = None,
         robot: Robot | None = None,
         profiles: ProfileStore | None = None,
@@ -71,9 +74,10 @@ class Session:
         self.dialogue = DialogueBridge(
             self.bus, clock, self.scene, config.dialogue, self._interpreter, profiles, config.speech.older_from
         )
-        self._canceller = self._echo_canceller() if audio is not None else None
-        on_playback = self._canceller.played if self._canceller else None
-        self.voice = Voice(self.bus, clock, config.voice, on_playback=on_playback)
+        is_audible = loudspeaker is not None or config.voice.output == "speaker"
+        self._cleaner = make_cleaner(config.speech, self_talk=is_audible) if audio is not None else None
+        on_playback = self._cleaner.played if self._cleaner else None
+        self.voice = Voice(self.bus, clock, config.voice, on_playback=on_playback, output=loudspeaker)
         self._audio = audio
         self.bus.on(SPEECH_STOP, self._forward_stop)
 
@@ -120,14 +124,6 @@ class Session:
                 if waiting.cancelled_caught:
                     return state
 
-    def _echo_canceller(self) -> EchoCanceller | None:
-        """What keeps the robot from hearing itself; not needed where its voice is not audible."""
-        if self.config.voice.output != "speaker" or not self.config.speech.echo_cancellation:
-            return None
-        from attune.speech.echo import EchoCanceller
-
-        return EchoCanceller()
-
     def _listener(self, audio: AudioSource) -> Listener:
         from attune.speech.age.choice import make_age_estimator
         from attune.speech.listener import Listener
@@ -143,7 +139,7 @@ class Session:
             is_complete=completeness(self.scene),
             is_stop=reads_as_stop(self.scene),
             band=lambda: self.dialogue.speaker.band,
-            clean=self._canceller.clean if self._canceller else lambda frame: frame,
+            clean=self._cleaner.clean if self._cleaner else lambda frame: frame,
         )
 
     def _forward_stop(self, signal: m.StopSignal) -> None:

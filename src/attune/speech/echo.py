@@ -1,17 +1,11 @@
-"""Takes the robot's own voice (and steady noise) out of what the microphone hears, with WebRTC's audio processing.
-
-Three lines connect it to a session:
-
-    canceller = EchoCanceller()
-    voice = Voice(bus, clock, config, on_playback=canceller.played)
-    listener = Listener(bus, clock, source, sentences, config, clean=canceller.clean)
-"""
+"""Takes the robot's own voice and steady noise out of what the microphone hears, with WebRTC's audio processing."""
 
 import importlib.util
 from typing import Any
 
 import numpy as np
 
+from attune.core.config import SpeechConfig
 from attune.core.errors import MissingDependencyError
 from attune.speech.audio import FRAME_SAMPLES, SAMPLE_RATE, Frame, Samples
 
@@ -25,27 +19,44 @@ _JOINED = 0.002
 """Pieces of playback that follow each other within this time [s] are one sound."""
 
 
+def make_cleaner(config: SpeechConfig, *, self_talk: bool) -> "EchoCanceller | None":
+    """What the configuration asks for; None where there is nothing to clean, or no library to lower noise with.
+
+    Args:
+        config: Whether to cancel echo and to lower noise.
+        self_talk: Whether the robot's own voice can reach the microphone.
+
+    Raises:
+        MissingDependencyError: The robot would hear itself, and the library is not installed.
+    """
+    echo = config.echo_cancellation and self_talk
+    noise = config.noise_suppression and importlib.util.find_spec("livekit") is not None
+    return EchoCanceller(echo_cancellation=echo, noise_suppression=noise) if echo or noise else None
+
+
 class EchoCanceller:
-    """Hears what the robot plays and subtracts its echo. Belongs to one thread.
+    """Hears what the robot plays and subtracts its echo; lowers steady noise. Belongs to one thread.
 
     The echo may come up to about a third of a second after the sound was handed over: WebRTC finds the delay itself.
 
     Args:
-        noise_suppression: Also lower steady noise.
+        echo_cancellation: Subtract the echo.
+        noise_suppression: Lower steady noise.
 
     Raises:
         MissingDependencyError: The library is not installed.
     """
 
-    def __init__(self, *, noise_suppression: bool = False) -> None:
+    def __init__(self, *, echo_cancellation: bool = True, noise_suppression: bool = False) -> None:
         if importlib.util.find_spec("livekit") is None:
             raise MissingDependencyError("livekit", "echo cancellation", "Run `pip install livekit`")
         from livekit import rtc
 
         self._rtc = rtc
         self._processing = rtc.AudioProcessingModule(
-            echo_cancellation=True, noise_suppression=noise_suppression, high_pass_filter=True
+            echo_cancellation=echo_cancellation, noise_suppression=noise_suppression, high_pass_filter=True
         )
+        self._cancels = echo_cancellation
         self._resampler: Any = None
         self._played: Samples = np.zeros(0, np.float32)
         self._played_from = 0
@@ -63,6 +74,8 @@ class EchoCanceller:
             rate: Samples per second.
             time: Clock time at which the first of them sounds [s].
         """
+        if not self._cancels:
+            return
         import soxr
 
         end = self._played_from + len(self._played)
@@ -91,9 +104,9 @@ class EchoCanceller:
         return Frame(samples, frame.time - LATENCY)
 
     def _process(self, block: Samples) -> Samples:
-        reference = self._frame(self._reference())
-        self._processing.process_reverse_stream(reference)
-        self._processing.set_stream_delay_ms(0)
+        if self._cancels:
+            self._processing.process_reverse_stream(self._frame(self._reference()))
+            self._processing.set_stream_delay_ms(0)
         heard = self._frame(block)
         self._processing.process_stream(heard)
         return np.frombuffer(bytes(heard.data), np.int16).astype(np.float32) / np.float32(32768)

@@ -7,7 +7,8 @@ import numpy as np
 
 from attune.core.config import SpeechConfig
 from attune.core.messages import Band
-from attune.speech.audio import FRAME_SECONDS, Frame, Samples
+from attune.speech.audio import FRAME_SECONDS, SILENCE, Frame, Samples
+from attune.speech.audio import level as level_of
 
 _BEGIN_FRAMES = 2
 """So many frames in a row above the threshold begin speech: a click is one."""
@@ -26,8 +27,6 @@ _NEARER = 10.0
 """A voice that is louder than the utterance so far by this much [dB] is somebody else, nearer by: it begins its own."""
 _LEVEL_KNOWN_AFTER = 1.0
 """So much voice tells how loud a person speaks [s]."""
-_QUIETEST = -90.0
-"""Digital silence [dB full scale]."""
 _CUT_OFF = 1.5
 """Who goes on within this time after an utterance [s] had not finished it."""
 _HESITATES = 1.25
@@ -91,13 +90,13 @@ class Endpointer:
         self._before: deque[Frame] = deque(maxlen=_BEGIN_FRAMES + round(config.pre_roll / FRAME_SECONDS))
         remembered = round(_BACKGROUND_MEMORY / FRAME_SECONDS)
         # Until it is known, the background is taken for quiet: somebody may speak from the first moment on.
-        self._levels = deque([_QUIETEST] * remembered, maxlen=remembered)
+        self._levels = deque([SILENCE] * remembered, maxlen=remembered)
         self._pauses: deque[float] = deque(maxlen=_RECENT)
         self._pause = 0.0
         self._voiced_in_a_row = 0
         self._nearer_in_a_row = 0
         self._voiced = 0.0
-        self._loudest = _QUIETEST
+        self._loudest = SILENCE
         self._start = 0.0
         self._end = float("-inf")
         self._now = 0.0
@@ -120,7 +119,7 @@ class Endpointer:
             band: The age band of who speaks.
         """
         probability = self._voice.probability(frame.samples)
-        level = _level(frame.samples)
+        level = level_of(frame.samples)
         self._now = frame.end
         self._before.append(frame)
         self._levels.append(level)
@@ -187,9 +186,3 @@ class Endpointer:
         frames = tuple(self._before)
         self._before.clear()
         return SpeechBegan(frames, self._start)
-
-
-def _level(samples: Samples) -> float:
-    """Root mean square [dB full scale]."""
-    power = float(np.mean(np.square(samples)))
-    return max(_QUIETEST, 10 * float(np.log10(max(power, 1e-9))))

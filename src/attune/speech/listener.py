@@ -20,7 +20,9 @@ from attune.speech.choice import choose_recogniser
 from attune.speech.endpointing import Endpointer, SpeechBegan, SpeechEnded
 from attune.speech.levels import LevelMonitor, Problem, advice
 from attune.speech.recogniser import Recogniser, Recognition
-from attune.speech.stop_spotter import StopReview, StopSpotter, reads_as_stop
+from attune.speech.stop_review import StopReview, with_spotted
+from attune.speech.stop_spotter import StopSpotter
+from attune.speech.stop_words import reads_as_stop
 
 _Change = tuple[SpeechBegan | SpeechEnded, ...]
 _Heard = Frame | SpeechBegan | SpeechEnded
@@ -79,6 +81,7 @@ class Listener:
         self._is_complete = is_complete
         self._clean = clean
         self._recogniser = recogniser
+        self._is_stop = is_stop
         self._review = StopReview(is_stop)
         self._partial = ""
         self.speaker_age = AgeTracker(config.older_from)
@@ -168,6 +171,9 @@ class Listener:
         self._partial = ""
         ears.spotter.end_utterance()
         awaited = self._review.decided()
+        if awaited and not ended.is_noise:
+            seconds = ended.end - ended.start
+            recognition = with_spotted(recognition, seconds, self._is_stop, in_noise=ears.spotter.in_noise)
         if ended.is_noise or not recognition.text or recognition.confidence < _HOPELESS:
             if awaited:
                 self._take_back()

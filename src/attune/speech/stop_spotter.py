@@ -1,28 +1,44 @@
 """Hears "stop" while the person is still speaking, from the raw stream and from partial results."""
 
-import re
+import math
 import tempfile
-from collections.abc import Callable
+from collections import deque
 from pathlib import Path
 
-from attune.speech.audio import Samples
+import numpy as np
+
+from attune.speech.audio import FRAME_SECONDS, SILENCE, Samples, level
 from attune.speech.pronunciation import dictionary_text
 from attune.speech.sphinx import pcm16
+from attune.speech.stop_words import is_negated_after, stops_in
 
-_KEYWORDS = {"stop": ("S T AA P", 1e-10), "stop-british": ("S T AO P", 1e-10)}
-"""Sounds and threshold of the keyword search. "Freeze" fires on "please" and "halt" on half of all speech, so only the
+_KEYWORDS = {"stop": "S T AA P", "stop-british": "S T AO P"}
+"""Sounds that the keyword search looks for. "Freeze" fires on "please" and "halt" on half of all speech, so only the
 partial results tell those."""
-_STOP = re.compile(r"(?<!\w)(stop|halt|freeze|wait|pause|hold (?:on|it)|don't move|stand still)(?!\w)")
+_SPOTTED = "stop"
+_SEARCHED = 1e-25
+"""Threshold of the search, far lower than what counts."""
+_SURE, _LEAST_SURE = -225.0, -560.0
+"""Evidence that counts: in a quiet room, where ordinary speech often comes near, and in noise, which takes from the
+evidence. Logarithm of the word's probability over that of any sounds (base 1.0001, in steps of 1024)."""
+_QUIET_MARGIN, _NOISY_MARGIN = 50.0, 36.0
+"""The room is quiet or noisy when the loudest speech is so much louder than the background [dB]."""
+_LEAST_MARGIN = 20.0
+"""A stop in the distance is somebody else's [dB over the background]."""
+_RIPENS = 0.16
+"""The evidence still grows for this long after it was first found [s]."""
+_BACKGROUND_MEMORY, _LOUD_MEMORY = 8.0, 0.8
+"""Over how long the background and the loudness of the word are measured [s]."""
+_BACKGROUND_SHARE = 0.15
+"""The background is as loud as the quietest 15 %."""
+_LOG_BASE = math.log(1.0001)
+_OFFSET = 1500.0
+"""PocketSphinx takes this from the evidence (KWS_MAX in kws_search.h)."""
 _CERTAIN = {"stop", "halt"}
 _STEADY = 3
 """Other stop words count once they stood in so many partial results in a row: they come and go in ordinary speech."""
-_NEGATED = re.compile(r"(?<!\w)(?:don't|do not|not|never|without|can't|no need to)(?: \w+)? $")
 _REFRACTORY = 1.0
 """Both ways of hearing tell the same word within this time [s]."""
-_DOUBT = 0.5
-"""Whoever speaks on for this long [s] without the text reading as a stop did not mean one."""
-_LONGEST_DOUBT = 1.2
-"""No text can be expected to make it a stop after this long [s]; the final one still may."""
 
 
 class StopSpotter:
@@ -38,16 +54,21 @@ class StopSpotter:
         models = Path(pocketsphinx.get_model_path()) / "en-us"
         with tempfile.TemporaryDirectory() as folder:
             dictionary, keywords = Path(folder) / "stop.dict", Path(folder) / "stop.keywords"
-            dictionary.write_text(dictionary_text({word: (phones,) for word, (phones, _) in _KEYWORDS.items()}))
-            keywords.write_text("".join(f"{word} /{threshold:g}/\n" for word, (_, threshold) in _KEYWORDS.items()))
+            dictionary.write_text(dictionary_text({word: (phones,) for word, phones in _KEYWORDS.items()}))
+            keywords.write_text("".join(f"{word} /{_SEARCHED:g}/\n" for word in _KEYWORDS))
             self._search = pocketsphinx.Decoder(
                 hmm=str(models / "en-us"), dict=str(dictionary), kws=str(keywords), loglevel="FATAL"
             )
         self._search.start_utt()
+        self._found: float | None = None
+        remembered = round(_BACKGROUND_MEMORY / FRAME_SECONDS)
+        self._levels = deque([SILENCE] * remembered, maxlen=remembered)
         self._told: float | None = None
         self._partial = ""
         self._told_in_partial = 0
         self._steady = 0
+        self.in_noise = False
+        """Whether the last stop that the search found was heard in noise, which garbles what the recogniser hears."""
 
     def accept(self, samples: Samples, time: float) -> str:
         """Take the next samples of the raw stream.
@@ -59,15 +80,37 @@ class StopSpotter:
         Returns:
             The stop word that was heard just now, or "".
         """
+        self._levels.append(level(samples))
         self._search.process_raw(pcm16(samples))
-        hypothesis = self._search.hyp()
-        if not hypothesis:
+        found = self._search.hyp()
+        if not found:
             return ""
-        word = hypothesis.hypstr.split()[0].partition("-")[0]
-        # Without a fresh start the same hit would be reported for ever.
-        self._search.end_utt()
-        self._search.start_utt()
-        return word if not _NEGATED.search(f"{self._partial} ") and self._is_new(time) else ""
+        if self._found is None:
+            self._found = time
+        needed = self._needed()
+        counts = self._evidence() >= needed
+        if counts or time - self._found >= _RIPENS:
+            # Without a fresh start the same word would be found for ever.
+            self._search.end_utt()
+            self._search.start_utt()
+            self._found = None
+        if not counts or is_negated_after(self._partial):
+            return ""
+        if not self._is_new(time):
+            return ""
+        self.in_noise = needed < _SURE
+        return _SPOTTED
+
+    def _evidence(self) -> float:
+        return max(math.log(max(segment.prob, 1e-300)) / _LOG_BASE + _OFFSET for segment in self._search.seg())
+
+    def _needed(self) -> float:
+        background = float(np.quantile(self._levels, _BACKGROUND_SHARE))
+        margin = max(list(self._levels)[-round(_LOUD_MEMORY / FRAME_SECONDS) :]) - background
+        if margin < _LEAST_MARGIN:
+            return math.inf
+        noisy = (_QUIET_MARGIN - margin) / (_QUIET_MARGIN - _NOISY_MARGIN)
+        return _SURE + min(1.0, max(0.0, noisy)) * (_LEAST_SURE - _SURE)
 
     def accept_partial(self, text: str, time: float) -> str:
         """Take what the recogniser has understood so far of the utterance.
@@ -76,7 +119,7 @@ class StopSpotter:
             The stop word that is new in it, or "".
         """
         self._partial = text
-        stops = [match.group() for match in _STOP.finditer(text) if not _NEGATED.search(text[: match.start()])]
+        stops = stops_in(text)
         if len(stops) <= self._told_in_partial:
             self._steady = 0
             return ""
@@ -98,53 +141,3 @@ class StopSpotter:
             return False
         self._told = time
         return True
-
-
-class StopReview:
-    """Takes a spotted stop back before the end of the sentence, once what is understood so far contradicts it.
-
-    Nothing is lost by that: if the final text turns out to be a stop, it halts the robot all the same.
-
-    Args:
-        is_stop: Whether a text so far reads as an order to stop.
-    """
-
-    def __init__(self, is_stop: Callable[[str], bool]) -> None:
-        self._is_stop = is_stop
-        self._spotted: float | None = None
-        self._doubtful: float | None = None
-
-    def spotted(self, time: float) -> None:
-        """A stop was spotted."""
-        self._spotted, self._doubtful = time, None
-
-    def decided(self) -> bool:
-        """The text is final, or there is none. Returns whether a spotted stop was waiting for it."""
-        was_open, self._spotted = self._spotted is not None, None
-        return was_open
-
-    def takes_back(self, partial: str, time: float, *, speaking: bool) -> bool:
-        """Whether the spotted stop is to be taken back now.
-
-        Args:
-            partial: What was understood so far of the utterance that is going on; "" without one.
-            time: Now [s].
-            speaking: Somebody speaks at this moment.
-        """
-        if self._spotted is None:
-            return False
-        if self._is_stop(partial):
-            self._doubtful = None
-            return False
-        if self._doubtful is None:
-            self._doubtful = time
-        went_on = speaking and time - self._doubtful >= _DOUBT
-        if went_on or time - self._spotted >= _LONGEST_DOUBT:
-            self._spotted = None
-            return True
-        return False
-
-
-def reads_as_stop(text: str) -> bool:
-    """Whether a stop word is in it that is not negated."""
-    return any(not _NEGATED.search(text[: match.start()]) for match in _STOP.finditer(text))

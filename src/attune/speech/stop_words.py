@@ -1,0 +1,26 @@
+"""The words that order the robot to stop, in a text as a recogniser writes it."""
+
+import re
+
+_STOP = re.compile(r"(?<!\w)(stop|halt|freeze|wait|pause|hold (?:on|it)|don't move|stand still)(?!\w)")
+_NEGATED = re.compile(r"(?<!\w)(?:don't|do not|not|never|without|can't|no need to)(?: \w+)? $")
+
+
+def mentions_stop(text: str) -> bool:
+    """Whether there is a stop word in it, negated or not."""
+    return bool(_STOP.search(text))
+
+
+def stops_in(text: str) -> list[str]:
+    """The stop words in it that are not negated, in order."""
+    return [match.group() for match in _STOP.finditer(text) if not _NEGATED.search(text[: match.start()])]
+
+
+def is_negated_after(text: str) -> bool:
+    """Whether a stop word that follows is negated: "please do not"."""
+    return bool(_NEGATED.search(f"{text} "))
+
+
+def reads_as_stop(text: str) -> bool:
+    """Whether there is a stop word in it that is not negated."""
+    return bool(stops_in(text))
