@@ -36,15 +36,6 @@ class AudioError(AttuneError):
         super().__init__(f"{name} {problem}", remedy)
 
 
-SILENCE = -90.0
-"""Level of digital silence [dB full scale]."""
-
-
-def level(samples: Samples) -> float:
-    """Root mean square [dB full scale]."""
-    return 10 * float(np.log10(max(float(np.mean(np.square(samples))), 1e-9)))
-
-
 @dataclass(frozen=True, slots=True)
 class Frame:
     """A piece of sound.

@@ -8,6 +8,7 @@ import numpy as np
 from attune.core.config import SpeechConfig
 from attune.core.errors import MissingDependencyError
 from attune.speech.audio import FRAME_SAMPLES, SAMPLE_RATE, Frame, Samples
+from attune.speech.loudness import Background, level
 
 _BLOCK = SAMPLE_RATE // 100
 """WebRTC takes 10 ms at once."""
@@ -17,6 +18,11 @@ _OUT_OF_STEP = 0.05
 """A microphone whose times run away from ours by more than this [s] has lost sound."""
 _JOINED = 0.002
 """Pieces of playback that follow each other within this time [s] are one sound."""
+_NOISY, _QUIET = -50.0, -54.0
+"""Level of the background from which on noise is lowered, and under which it is not any more [dB full scale]: in a
+quiet room that would only take from the speech."""
+_LOOKED_AT = 50
+"""So many blocks pass between two looks at the background."""
 
 
 def make_cleaner(config: SpeechConfig, *, self_talk: bool) -> "EchoCanceller | None":
@@ -35,7 +41,7 @@ def make_cleaner(config: SpeechConfig, *, self_talk: bool) -> "EchoCanceller | N
 
 
 class EchoCanceller:
-    """Hears what the robot plays and subtracts its echo; lowers steady noise. Belongs to one thread.
+    """Hears what the robot plays and subtracts its echo; lowers steady noise where there is any. Belongs to one thread.
 
     The echo may come up to about a third of a second after the sound was handed over: WebRTC finds the delay itself.
 
@@ -53,10 +59,12 @@ class EchoCanceller:
         from livekit import rtc
 
         self._rtc = rtc
-        self._processing = rtc.AudioProcessingModule(
-            echo_cancellation=echo_cancellation, noise_suppression=noise_suppression, high_pass_filter=True
-        )
-        self._cancels = echo_cancellation
+        self._echo = rtc.AudioProcessingModule(echo_cancellation=True, high_pass_filter=True)
+        self._noise = rtc.AudioProcessingModule(noise_suppression=True, high_pass_filter=True)
+        self._cancels, self._suppresses = echo_cancellation, noise_suppression
+        self._background = Background(LATENCY)
+        self._blocks = 0
+        self._is_noisy = False
         self._resampler: Any = None
         self._played: Samples = np.zeros(0, np.float32)
         self._played_from = 0
@@ -105,11 +113,26 @@ class EchoCanceller:
 
     def _process(self, block: Samples) -> Samples:
         if self._cancels:
-            self._processing.process_reverse_stream(self._frame(self._reference()))
-            self._processing.set_stream_delay_ms(0)
-        heard = self._frame(block)
-        self._processing.process_stream(heard)
-        return np.frombuffer(bytes(heard.data), np.int16).astype(np.float32) / np.float32(32768)
+            self._echo.process_reverse_stream(self._frame(self._reference()))
+            self._echo.set_stream_delay_ms(0)
+            block = self._through(self._echo, block)
+        if not self._suppresses:
+            return block
+        # It runs also where it is not needed, so that it knows the noise when it is.
+        lowered = self._through(self._noise, block)
+        return lowered if self._in_noise(block) else block
+
+    def _in_noise(self, block: Samples) -> bool:
+        self._background.accept(level(block))
+        self._blocks += 1
+        if self._blocks % _LOOKED_AT == 0:
+            self._is_noisy = self._background.level > (_QUIET if self._is_noisy else _NOISY)
+        return self._is_noisy
+
+    def _through(self, processing: Any, block: Samples) -> Samples:
+        frame = self._frame(block)
+        processing.process_stream(frame)
+        return np.frombuffer(bytes(frame.data), np.int16).astype(np.float32) / np.float32(32768)
 
     def _reference(self) -> Samples:
         """What the robot plays during the next block."""

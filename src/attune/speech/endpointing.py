@@ -7,8 +7,9 @@ import numpy as np
 
 from attune.core.config import SpeechConfig
 from attune.core.messages import Band
-from attune.speech.audio import FRAME_SECONDS, SILENCE, Frame, Samples
-from attune.speech.audio import level as level_of
+from attune.speech.audio import FRAME_SECONDS, Frame, Samples
+from attune.speech.loudness import SILENCE, Background
+from attune.speech.loudness import level as level_of
 
 _BEGIN_FRAMES = 2
 """So many frames in a row above the threshold begin speech: a click is one."""
@@ -16,9 +17,6 @@ _SHORTEST_SPEECH = 0.1
 """Less voice than this in an utterance is a noise [s]."""
 _QUIET_AFTER = 0.2
 """After such a pause nobody is speaking at the moment [s]; the utterance may still go on."""
-_BACKGROUND_MEMORY = 8.0
-_BACKGROUND_SHARE = 0.15
-"""The background is as loud as the quietest 15 % of the last 8 s: even people who talk on leave that to it."""
 _OVER_BACKGROUND = 6.0
 """Speech is louder than the background by this much [dB]: other people's talk in the distance is background."""
 _UNDER_SPEECH = 18.0
@@ -88,9 +86,7 @@ class Endpointer:
         self._config = config
         self._voice = VoiceActivity()
         self._before: deque[Frame] = deque(maxlen=_BEGIN_FRAMES + round(config.pre_roll / FRAME_SECONDS))
-        remembered = round(_BACKGROUND_MEMORY / FRAME_SECONDS)
-        # Until it is known, the background is taken for quiet: somebody may speak from the first moment on.
-        self._levels = deque([SILENCE] * remembered, maxlen=remembered)
+        self._background = Background(FRAME_SECONDS)
         self._pauses: deque[float] = deque(maxlen=_RECENT)
         self._pause = 0.0
         self._voiced_in_a_row = 0
@@ -122,7 +118,7 @@ class Endpointer:
         level = level_of(frame.samples)
         self._now = frame.end
         self._before.append(frame)
-        self._levels.append(level)
+        self._background.accept(level)
         if not self.active:
             return self._wait(frame, probability, level)
         if self._is_nearer(probability, level) and (ended := self.finish()):
@@ -167,9 +163,7 @@ class Endpointer:
 
     def _wait(self, frame: Frame, probability: float, level: float) -> tuple[SpeechBegan, ...]:
         is_voice = probability >= self._config.voice_on
-        if is_voice:
-            background = float(np.quantile(self._levels, _BACKGROUND_SHARE))
-            is_voice = level >= background + _OVER_BACKGROUND
+        is_voice = is_voice and level >= self._background.level + _OVER_BACKGROUND
         self._voiced_in_a_row = self._voiced_in_a_row + 1 if is_voice else 0
         return (self._begin(frame, level),) if self._voiced_in_a_row >= _BEGIN_FRAMES else ()
 

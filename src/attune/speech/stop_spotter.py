@@ -2,12 +2,10 @@
 
 import math
 import tempfile
-from collections import deque
 from pathlib import Path
 
-import numpy as np
-
-from attune.speech.audio import FRAME_SECONDS, SILENCE, Samples, level
+from attune.speech.audio import FRAME_SECONDS, Samples
+from attune.speech.loudness import Background, level
 from attune.speech.pronunciation import dictionary_text
 from attune.speech.sphinx import pcm16
 from attune.speech.stop_words import is_negated_after, stops_in
@@ -27,10 +25,8 @@ _LEAST_MARGIN = 20.0
 """A stop in the distance is somebody else's [dB over the background]."""
 _RIPENS = 0.16
 """The evidence still grows for this long after it was first found [s]."""
-_BACKGROUND_MEMORY, _LOUD_MEMORY = 8.0, 0.8
-"""Over how long the background and the loudness of the word are measured [s]."""
-_BACKGROUND_SHARE = 0.15
-"""The background is as loud as the quietest 15 %."""
+_WORD_LENGTH = 0.8
+"""The loudness of the word is that of the last moment [s]."""
 _LOG_BASE = math.log(1.0001)
 _OFFSET = 1500.0
 """PocketSphinx takes this from the evidence (KWS_MAX in kws_search.h)."""
@@ -61,8 +57,7 @@ class StopSpotter:
             )
         self._search.start_utt()
         self._found: float | None = None
-        remembered = round(_BACKGROUND_MEMORY / FRAME_SECONDS)
-        self._levels = deque([SILENCE] * remembered, maxlen=remembered)
+        self._background = Background(FRAME_SECONDS)
         self._told: float | None = None
         self._partial = ""
         self._told_in_partial = 0
@@ -80,7 +75,7 @@ class StopSpotter:
         Returns:
             The stop word that was heard just now, or "".
         """
-        self._levels.append(level(samples))
+        self._background.accept(level(samples))
         self._search.process_raw(pcm16(samples))
         found = self._search.hyp()
         if not found:
@@ -105,8 +100,7 @@ class StopSpotter:
         return max(math.log(max(segment.prob, 1e-300)) / _LOG_BASE + _OFFSET for segment in self._search.seg())
 
     def _needed(self) -> float:
-        background = float(np.quantile(self._levels, _BACKGROUND_SHARE))
-        margin = max(list(self._levels)[-round(_LOUD_MEMORY / FRAME_SECONDS) :]) - background
+        margin = self._background.loudest(_WORD_LENGTH) - self._background.level
         if margin < _LEAST_MARGIN:
             return math.inf
         noisy = (_QUIET_MARGIN - margin) / (_QUIET_MARGIN - _NOISY_MARGIN)
