@@ -17,6 +17,8 @@ _SHORTEST_SPEECH = 0.1
 """Less voice than this in an utterance is a noise [s]."""
 _QUIET_AFTER = 0.2
 """After such a pause nobody is speaking at the moment [s]; the utterance may still go on."""
+_WORD = 0.8
+"""Longest time from the beginning of a short word to its being recognised [s]."""
 _OVER_BACKGROUND = 6.0
 """Speech is louder than the background by this much [dB]: other people's talk in the distance is background."""
 _UNDER_SPEECH = 18.0
@@ -94,7 +96,7 @@ class Endpointer:
         self._voiced = 0.0
         self._loudest = SILENCE
         self._start = 0.0
-        self._end = float("-inf")
+        self._end = self._voice_at = float("-inf")
         self._now = 0.0
         self.active = False
         """Whether an utterance is going on."""
@@ -103,6 +105,11 @@ class Endpointer:
     def speaking(self) -> bool:
         """Whether somebody speaks at this moment; False in the pauses of an utterance."""
         return self.active and self._now - self._end < _QUIET_AFTER
+
+    @property
+    def heard_voice(self) -> bool:
+        """Whether there was any voice within the length of a word."""
+        return self._now - self._voice_at < _WORD
 
     def accept(
         self, frame: Frame, is_complete: bool | None = None, band: Band = "unknown"
@@ -117,6 +124,8 @@ class Endpointer:
         probability = self._voice.probability(frame.samples)
         level = level_of(frame.samples)
         self._now = frame.end
+        if probability >= self._config.voice_on:
+            self._voice_at = frame.end
         self._before.append(frame)
         self._background.accept(level)
         if not self.active:

@@ -117,7 +117,9 @@ class Listener:
                 frame, band = self._clean(raw), self._band()
 
                 def hear(frame: Frame = frame, hint: bool | None = hint, band: Band = band) -> tuple[_Change, str]:
-                    return ears.endpointer.accept(frame, hint, band), ears.spotter.accept(frame.samples, frame.end)
+                    changes = ears.endpointer.accept(frame, hint, band)
+                    voiced = ears.endpointer.heard_voice
+                    return changes, ears.spotter.accept(frame.samples, frame.end, voiced=voiced)
 
                 changes, stop_word = await self._clock.run_in_thread(hear)
                 if stop_word:

@@ -65,12 +65,13 @@ class StopSpotter:
         self.in_noise = False
         """Whether the last stop that the search found was heard in noise, which garbles what the recogniser hears."""
 
-    def accept(self, samples: Samples, time: float) -> str:
+    def accept(self, samples: Samples, time: float, *, voiced: bool = True) -> str:
         """Take the next samples of the raw stream.
 
         Args:
             samples: 16 kHz mono.
             time: Of the last sample [s].
+            voiced: Somebody's voice was heard just now. What is left of the robot's own is none.
 
         Returns:
             The stop word that was heard just now, or "".
@@ -89,7 +90,7 @@ class StopSpotter:
             self._search.end_utt()
             self._search.start_utt()
             self._found = None
-        if not counts or is_negated_after(self._partial):
+        if not voiced or not counts or is_negated_after(self._partial):
             return ""
         if not self._is_new(time):
             return ""
