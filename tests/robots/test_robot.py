@@ -20,6 +20,7 @@ from attune.robots.interface import (
     PlaceTarget,
     Target,
 )
+from attune.robots.mujoco.kinematics import rotation
 from attune.robots.mujoco.robot import MujocoRobot
 
 CUP = "red_cup"
@@ -131,6 +132,20 @@ def test_pressed_against_the_table_it_gets_away_and_goes_on() -> None:
         await robot.park_arms()
         assert robot.world.forbidden_contacts() == ()
         await robot.navigate(BasePose(2.9, 0.9, 0.0))
+
+    play(scenario)
+
+
+def test_milk_that_has_turned_in_the_hand_is_put_down_upright() -> None:
+    async def scenario(robot: MujocoRobot, clock: VirtualClock) -> None:
+        arm = await robot.pick(await stand_before(robot, "blue_milk"))
+        goal = robot.world.scene.surface("island").to_map(0.35, -0.2)
+        await go_to(robot, PlaceTarget(arm, goal))
+        robot.world.turn_in_hand(arm, rotation(1, math.radians(25)) @ rotation(0, math.radians(-15)))
+        assert not robot.world.is_upright("blue_milk")
+        await robot.place(arm, goal)
+        assert math.dist(robot.world.object_pose("blue_milk").position, goal) < 0.02
+        assert robot.world.data.body("blue_milk").xmat[8] > math.cos(math.radians(1))
 
     play(scenario)
 

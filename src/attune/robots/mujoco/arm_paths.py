@@ -88,7 +88,8 @@ def upright_path(world: Imagination, arm: Arm, start: Array, goal: Array, rng: n
     branches = kinematics.branch(np.stack((within, goal)))
     turned = orientation[1] @ orientation[0].T
     yaw = float(np.arctan2(turned[1, 0], turned[0, 0]))
-    if branches[0] != branches[1]:
+    residual = turned @ rotation(2, -yaw)
+    if branches[0] != branches[1] or np.trace(residual) < 1 + 2 * np.cos(_SAME_TILT):
         return None
     first = np.array([*position[0], 0.0, within[0]])
     last = np.array([*position[1], yaw, goal[0]])
@@ -124,6 +125,8 @@ def upright_path(world: Imagination, arm: Arm, start: Array, goal: Array, rng: n
     return q
 
 
+_SAME_TILT = 0.06
+"""Hands that lean by less than this differently are equally upright [rad]."""
 _WITHIN = 0.002
 """From the joint limits [rad]."""
 _UPRIGHT_STEPS = np.array([0.02, 0.02, 0.02, 0.05, 0.05])

@@ -4,11 +4,14 @@ from typing import Any
 
 import mujoco
 import numpy as np
+from numpy.typing import NDArray
 
 from attune.core.scene import Scene
 from attune.robots.interface import Arm
 from attune.robots.mujoco import pr2
 from attune.robots.mujoco.kitchen import leaf_name
+
+Array = NDArray[np.float64]
 
 _STIFF = (0.008, 1.0)
 """Time constant [s] and damping ratio of the fixture; at least two time steps."""
@@ -99,6 +102,26 @@ class Grip:
         """Stop holding an object that somebody took."""
         if self.held == name:
             self._let_go(data)
+
+    def turn(self, data: Any, rotation: Array) -> None:
+        """Turn the held object in the hand, about the middle between the pads.
+
+        Args:
+            data: The state.
+            rotation: In the tool frame, shape (3, 3).
+        """
+        if self.held is None:
+            return
+        site, body = data.site_xmat[self._tool].reshape(3, 3), self._model.body(self.held)
+        turn = site @ rotation @ site.T
+        joint = self._model.jnt_qposadr[body.jntadr[0]]
+        centre = data.site_xpos[self._tool]
+        data.qpos[joint : joint + 3] = centre + turn @ (data.xpos[body.id] - centre)
+        quat = np.zeros(4)
+        mujoco.mju_mat2Quat(quat, (turn @ data.xmat[body.id].reshape(3, 3)).flatten())
+        data.qpos[joint + 3 : joint + 7] = quat
+        mujoco.mj_kinematics(self._model, data)
+        self._fix(data, self.held)
 
     def _fix(self, data: Any, name: str) -> None:
         constraint = self._constraints[name]

@@ -23,6 +23,7 @@ from attune.robots.mujoco.folding import Folding
 from attune.robots.mujoco.frames import Frame, frame_of, pose_of
 from attune.robots.mujoco.motions import Motions, together
 from attune.robots.mujoco.stepwise import results
+from attune.robots.mujoco.straighten import ASKEW, straightening_path, tilt
 from attune.robots.mujoco.whole_motions import Pick, Place, find_picks, find_places
 from attune.robots.mujoco.world import World
 
@@ -38,8 +39,6 @@ _MISPLACED = 0.04
 """Farther than this from where it should stand, a placement has failed [m]."""
 _ASIDE = (0.3, -0.3, 0.0)
 """Where the robot looks before it puts something down, to the left of the place [m]."""
-_SHIFTED = 0.06
-"""Farther than this the fingers do not move an object when they close [m]."""
 _TILTED = np.cos(np.radians(20.0))
 
 
@@ -96,7 +95,7 @@ class Manipulation:
             self._world.permit(arm, ())
         await self._motions.bend(arm, plan.lift, _SLOW)
         await self._motions.bend(arm, chosen.carry)
-        await self._look_in_hand(arm)
+        await self._see_in_hand(arm)
         return arm
 
     async def _survey(self, position: Point) -> None:
@@ -106,16 +105,20 @@ class Manipulation:
             x, y = position[0] - aside * np.sin(base.yaw), position[1] + aside * np.cos(base.yaw)
             await self._look((float(x), float(y), position[2]))
 
-    async def _look_in_hand(self, arm: Arm) -> None:
-        """See how the object lies in the hand: the fingers may have moved it when they closed."""
+    async def _see_in_hand(self, arm: Arm) -> None:
+        """See how the object lies in the hand, for it may have moved there, and turn the hand till it is upright."""
         held = self._beliefs.held[arm]
         at = self._beliefs.imagine().carried_frame(arm)
         x, y, z = (float(v) for v in at.position)
         for seen in await self._look((x, y, z + held.percept.extent[2] / 2)):
             if seen.name == held.percept.name:
                 in_hand = self._beliefs.imagine().tool(arm).inverse() @ frame_of(seen.pose)
-                if np.linalg.norm(in_hand.position - held.in_hand.position) < _SHIFTED:
-                    self._beliefs.grasped(arm, held.percept, in_hand)
+                self._beliefs.grasped(arm, held.percept, in_hand)
+        held, world = self._beliefs.held[arm], self._beliefs.imagine()
+        if tilt(world, arm, held)[0] > ASKEW:
+            path = await self._clock.run_in_thread(lambda: straightening_path(world, arm, held, self._rng))
+            if path is not None:
+                await self._motions.bend(arm, path, _SLOW)
 
     async def place(self, arm: Arm, position: Point) -> None:
         """Put down, let go, draw back, verify. See `Robot.place`."""
@@ -124,8 +127,9 @@ class Manipulation:
             self._beliefs.released(arm)
             raise ObjectLost(held.percept.name if held else "the object", arm)
         name = held.percept.name
+        await self._see_in_hand(arm)
         await self._survey(position)
-        chosen = await self._plan_place(arm, held, position)
+        chosen = await self._plan_place(arm, self._beliefs.held[arm], position)
         plan = chosen.plan
         await self._motions.bend(arm, chosen.reach)
         self._world.lower(arm)

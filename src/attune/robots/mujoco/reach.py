@@ -100,7 +100,15 @@ def pick_poses(
         search = find_picks(world, carrying, percept, arm, FOLDED[arm], rng, _COMPLETIONS, pitch, hopeless)
         return any(plan is not None for plan in search)
 
-    yield from _proven(worlds, costmap, body, percept.pose.position, prove, rng)
+    view = next(iter(worlds.values()))[0]
+    x, y, z = percept.pose.position
+    middle = (x, y, z + percept.extent[2] / 2)
+
+    def sees_it(pose: BasePose) -> bool:
+        view.base = pose
+        return view.own_shadow(middle, radius(percept)) < _SHADOW and view.sees(middle)
+
+    yield from _proven(worlds, costmap, body, percept.pose.position, prove, rng, preferred=sees_it)
 
 
 def place_poses(
@@ -124,7 +132,9 @@ def place_poses(
 
     def sees_where(pose: BasePose) -> bool:
         carrying.base = pose
-        return carrying.own_shadow(position, radius(held.percept) + _NEIGHBOURHOOD) < _SHADOW
+        return carrying.own_shadow(position, radius(held.percept) + _NEIGHBOURHOOD) < _SHADOW and carrying.sees(
+            position
+        )
 
     yield from _proven({arm: worlds}, costmap, body, position, prove, rng, preferred=sees_where)
 

@@ -286,6 +286,12 @@ class World:
             self._wake()
             mujoco.mj_forward(self.model, self.data)
 
+    def turn_in_hand(self, arm: Arm, rotation: Array) -> None:
+        """Turn what a gripper holds between its pads: a rotation in the tool frame, shape (3, 3)."""
+        with self.lock:
+            self._grips[arm].turn(self.data, rotation)
+            mujoco.mj_forward(self.model, self.data)
+
     def remove_object(self, name: str) -> None:
         """Take an object away for good (`move_object` brings it back)."""
         with self.lock:
