@@ -39,6 +39,8 @@ _MISPLACED = 0.04
 """Farther than this from where it should stand, a placement has failed [m]."""
 _ASIDE = (0.3, -0.3, 0.0)
 """Where the robot looks before it puts something down, to the left of the place [m]."""
+_SHIFTED = 0.01
+"""Farther than this from where it was thought to be in the hand, an object is seen to have moved [m]."""
 _TILTED = np.cos(np.radians(20.0))
 
 
@@ -94,8 +96,10 @@ class Manipulation:
         finally:
             self._world.permit(arm, ())
         await self._motions.bend(arm, plan.lift, _SLOW)
-        await self._motions.bend(arm, chosen.carry)
-        await self._see_in_hand(arm)
+        if await self._see_in_hand(arm):
+            await self._motions.bend(arm, chosen.carry)
+        else:
+            await self._folding.fold(arm)
         return arm
 
     async def _survey(self, position: Point) -> None:
@@ -105,15 +109,23 @@ class Manipulation:
             x, y = position[0] - aside * np.sin(base.yaw), position[1] + aside * np.cos(base.yaw)
             await self._look((float(x), float(y), position[2]))
 
-    async def _see_in_hand(self, arm: Arm) -> None:
-        """See how the object lies in the hand, for it may have moved there, and turn the hand till it is upright."""
-        held = self._beliefs.held[arm]
-        at = self._beliefs.imagine().carried_frame(arm)
-        x, y, z = (float(v) for v in at.position)
+    async def _see_in_hand(self, arm: Arm) -> bool:
+        """Look how the object lies in the hand, and turn the hand till it is upright; whether all is as thought.
+
+        It need not be visible: close to the head nothing is.
+        """
+        held, world = self._beliefs.held[arm], self._beliefs.imagine()
+        x, y, z = (float(v) for v in world.carried_frame(arm).position)
         for seen in await self._look((x, y, z + held.percept.extent[2] / 2)):
             if seen.name == held.percept.name:
                 in_hand = self._beliefs.imagine().tool(arm).inverse() @ frame_of(seen.pose)
-                self._beliefs.grasped(arm, held.percept, in_hand)
+                if not _alike(in_hand, held.in_hand):
+                    self._beliefs.grasped(arm, held.percept, in_hand)
+                    await self._straighten(arm)
+                    return False
+        return True
+
+    async def _straighten(self, arm: Arm) -> None:
         held, world = self._beliefs.held[arm], self._beliefs.imagine()
         if tilt(world, arm, held)[0] > ASKEW:
             path = await self._clock.run_in_thread(lambda: straightening_path(world, arm, held, self._rng))
@@ -127,11 +139,13 @@ class Manipulation:
             self._beliefs.released(arm)
             raise ObjectLost(held.percept.name if held else "the object", arm)
         name = held.percept.name
-        await self._see_in_hand(arm)
         await self._survey(position)
-        chosen = await self._plan_place(arm, self._beliefs.held[arm], position)
-        plan = chosen.plan
+        chosen = await self._plan_place(arm, held, position)
         await self._motions.bend(arm, chosen.reach)
+        if not await self._see_in_hand(arm):  # It has moved in the hand on the way.
+            chosen = await self._plan_place(arm, self._beliefs.held[arm], position)
+            await self._motions.bend(arm, chosen.reach)
+        plan = chosen.plan
         self._world.lower(arm)
         try:
             await self._motions.bend(arm, plan.lower, _SLOW)
@@ -196,6 +210,12 @@ class Manipulation:
             raise PlacementFailed(name, f"it stands {away:.2f} m from where it should")
         if frame_of(seen.pose).rotation[2, 2] < _TILTED:
             raise PlacementFailed(name, "it has fallen over")
+
+
+def _alike(first: Frame, second: Frame) -> bool:
+    """Whether two poses differ by no more than a look may err."""
+    turn = (np.trace(first.rotation.T @ second.rotation) - 1) / 2
+    return bool(np.linalg.norm(first.position - second.position) < _SHIFTED and turn > np.cos(ASKEW))
 
 
 def _at(percept: Percept, frame: Frame) -> Percept:
