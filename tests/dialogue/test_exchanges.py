@@ -1,6 +1,7 @@
 """Exchanges as people have them with a whole session, typed, in virtual time: what is asked, answered and kept."""
 
 from collections.abc import Sequence
+from importlib import resources
 from pathlib import Path
 from typing import Any
 
@@ -39,12 +40,17 @@ def hold(
     profiles: ProfileStore | None = None,
     statuses: list[m.VoiceStatus] | None = None,
     pause: float = 2.5,
+    policies: str = "",
 ) -> Talk:
     """Say the lines one after the other; a number waits, "..." waits until the robot rests."""
     clock, talk = VirtualClock(), Talk()
 
     async def main() -> None:
-        session = Session(with_values(load_config(environment={}), OPTIONS), clock, profiles=profiles)
+        session = Session(
+            with_values(load_config(environment={}), OPTIONS | {"dialogue": {"policies": policies}}),
+            clock,
+            profiles=profiles,
+        )
         session.bus.on(REPLY, talk.replies.append)
         session.bus.on(COMMAND, talk.commands.append)
         session.bus.on(VOICE_STATUS, statuses.append if statuses is not None else lambda status: None)
@@ -167,6 +173,26 @@ def test_how_much_is_told_follows_the_wish_and_not_the_age(band: m.Band) -> None
     assert announcements("tell me what you are doing") >= 6
     assert announcements("you don't have to tell me everything") == 0
     assert announcements("talk less") == 0
+
+
+def test_how_to_speak_to_whom_is_data(tmp_path: Path) -> None:
+    """A file of policies of one's own: how a change is confirmed, how fast, where things go, and whether they wait."""
+    standard = (resources.files("attune.data") / "policies.toml").read_text()
+    changed = {
+        "restate = true": "restate = false",
+        "rate = 165": "rate = 222",
+        'destination = ""': 'destination = "countertop"',
+    }
+    for old, new in changed.items():
+        standard = standard.replace(old, new)
+    file = tmp_path / "policies.toml"
+    file.write_text(standard)
+    lines = ["bring me the white plate", "a bowl instead"]
+    talk, usual = hold(lines, policies=str(file)), hold(lines)
+    assert "bowl" in usual.said[-1]
+    assert "bowl" not in talk.said[-1]
+    assert {reply.rate for reply in talk.replies} == {222}
+    assert getattr(talk.commands[0], "destination", "") == "countertop"
 
 
 def test_forget_me_forgets_the_wishes_of_this_talk_too(tmp_path: Path) -> None:

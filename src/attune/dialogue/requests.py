@@ -26,6 +26,8 @@ _SEVERAL = 2
 _REMEMBERED = 20
 _ASKED_BACK = {"unclear": ("ask", "which_object"), "unknown_object": ("cannot", "unknown_object"),
                "unknown_action": ("cannot", "unknown_action")}  # fmt: skip
+_CHANGES: frozenset[Intent] = frozenset({"replace_object", "change_location", "cancel_object", "put_back"})
+"""What alters a plan; the policy says whether it is confirmed in words."""
 _VAGUE = ("something", "anything", "some ", "one ")
 _ASIDES: frozenset[Intent] = frozenset(
     {"status", "style", "stated_age", "thanks", "greeting", "repeat", "dont_stop", "question"}
@@ -108,7 +110,7 @@ class Requests:
             meaning.remove[0] if meaning.remove else next(iter(self._situation.context(self._clock.now()).recent), None)
         )
         confirm = partial(
-            self._speaker.say, "accept", meaning.intent, cause=utterance.id,
+            self._speaker.say, "accept", self._confirmation(meaning.intent), cause=utterance.id,
             urgency="urgent" if meaning.intent == "stop" else "normal", place=f"the {meaning.destination}",
             old=called(old) if old else "it", thing=noun(old) if old else "thing", repeated=meaning.reply,
         )  # fmt: skip
@@ -193,8 +195,8 @@ class Requests:
         wanted = _as_many_as_known(meaning, self._situation.known)
         same_type = bool(meaning.remove and meaning.add) and meaning.remove[0].type == meaning.add[0].type
         old = (the if same_type else called)(meaning.remove[0]) if meaning.remove else ""
-        if situation == "replace_object" and not old:
-            situation = "bring_me"
+        if situation == "replace_object":
+            situation = self._confirmation(meaning.intent) if old else "bring_me"
         if situation == "bring_me" and meaning.destination:
             situation = "bring_me_to"
         to = f" to the {meaning.destination}" if meaning.destination else ""
@@ -202,6 +204,9 @@ class Requests:
             "accept", situation, cause=utterance.id, objects=things(wanted.add, wanted.definite), old=old, to=to,
             to_now=to, repeated=meaning.reply,
         )  # fmt: skip
+
+    def _confirmation(self, intent: Intent) -> str:
+        return "changed" if intent in _CHANGES and not self._speaker.policy.restate else intent
 
     # --- commands and what becomes of them ---------------------------------------------------------------------
 
