@@ -75,6 +75,12 @@ def test_a_question_stays_open_while_the_person_asks_something_else() -> None:
     assert talk.wanted() == ["white cup"]
 
 
+def test_a_question_back_is_answered_and_taken_for_no_answer() -> None:
+    talk = hold(["bring me a yellow cup", "what cups do you have?", "then the white one"])
+    assert "four cups" in talk.said[1]
+    assert talk.wanted() == ["white cup"]
+
+
 def test_a_question_that_was_answered_before_it_was_spoken_is_not_asked_any_more() -> None:
     """Who types, or answers at once, is faster than the robot's voice."""
     statuses: list[m.VoiceStatus] = []

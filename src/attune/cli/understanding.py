@@ -183,7 +183,7 @@ class _Replies:
             "old": old,
             "thing": old.removeprefix("the "),
             "place": f"the {meaning.destination}",
-            "unknown": f"“{meaning.unknown}”" if meaning.unknown else "that",
+            "unknown": meaning.unknown or "such thing",
             "nearest": meaning.suggestion,
         }
         if meaning.suggestion:

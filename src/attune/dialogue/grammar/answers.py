@@ -27,6 +27,10 @@ _LEADING_YES = re.compile(
 _STOP_QUESTION = re.compile(r"\b(?:stop|cancel|give up|abort|pause)\b")
 _GO_ON_QUESTION = re.compile(r"\b(?:carry on|continue|go on|keep going|resume)\b")
 _REQUEST = re.compile(r"\b(?:instead of|rather than|swap|replace|exchange|not T\d+ but)\b")
+_ASKS = re.compile(
+    r"(?:(?:and|but|so|well|okay|,) )*(?:what|where|how (?:many|much|long)|(?:do|have) (?:we|you)|(?:is|are) there)\b"
+)
+"""A question of the person's own is no answer, though it names what was offered: "what cups do you have?"."""
 _ORDINAL = re.compile(
     r"^(?:(?:the|number|option|please|,|\.|yes|no|one) ?)*(?P<n>first|former|second|latter|last|one|"
     r"two)(?: (?:one|option|please|would be .*|then|,|\.))*$"
@@ -130,7 +134,7 @@ def read_answer(text: str, sentence: Sentence, question: Question, context: Cont
         context: The situation.
     """
     text = text.strip(" .,?")
-    if _REQUEST.search(text):
+    if _REQUEST.search(text) or _ASKS.match(text):
         return None
     if question.kind == "place":
         return _place_answer(text, sentence, question)
