@@ -60,8 +60,7 @@ def test_stops_other_talk_and_negated_stops_are_counted(evaluation: SpeechEvalua
     assert row["stops"] == 1
     assert row["stops not spotted [%]"] == 0
     assert row["stop spotted after the end of the word, median [ms]"] < 300
-    # One sentence can only be acted on or not: how often it happens is what the command measures.
-    assert row["off-topic speech acted on [%]"] in {0, 100}
+    assert row["off-topic speech acted on [%]"] == 0
     assert row["halted for good by them [%]"] == 0
 
 

@@ -104,9 +104,7 @@ def test_without_echo_cancellation_it_does(recogniser: SphinxRecogniser) -> None
 def test_a_person_who_speaks_over_it_silences_it_and_is_heard(speaker: Speaker, recogniser: SphinxRecogniser) -> None:
     talk = Conversation(speaker)
     talk.hold(recogniser, "i would like a red cup instead", at=3.0)
-    # How exactly each word is recognised over the robot's voice is measured by `attune eval speech`, not here.
-    assert len(talk.texts) == 1
-    assert {"cup", "instead"} <= set(talk.texts[0].split())
+    assert talk.texts == ["i would like a red cup instead"]
     assert talk.voice[-1].state == "interrupted"
     # What is handed over 0.1 s ahead is dropped by the output.
     assert max(time for time, _ in talk.played) - 0.1 < 3.0 + 0.2

@@ -21,6 +21,8 @@ class DomainFit:
     def __init__(self, sentences: Sequence[str]) -> None:
         self._model = LanguageModel(sentences)
         self._known = {*self._model.words, END}
+        self.words = self._model.words
+        """All words of the domain."""
 
     def fit(self, text: str) -> float:
         """Mean logarithm (base 10) of the probability of each word after the two before it; 0 is certain."""

@@ -15,8 +15,9 @@ from numpy.typing import NDArray
 
 from attune.speech.audio import Samples
 from attune.speech.background import everyday_dictionary
+from attune.speech.domain_fit import DomainFit
 from attune.speech.language_model import LanguageModel
-from attune.speech.pronunciation import dictionary_text, pronounce
+from attune.speech.pronunciation import UnpronounceableWordError, dictionary_text, pronounce
 from attune.speech.recogniser import RecognisedWord, Recognition
 
 _MODEL_FORMAT = 2
@@ -25,21 +26,27 @@ _LOG_BASE = math.log(1.0001)
 """PocketSphinx gives scores as powers of 1.0001."""
 _FRAMES_PER_SECOND = 100
 
-_OVER_PHONES, _OVER_EVERYDAY, _EVIDENCE = 0.287, 0.246, 6.1
-"""Evidence for the domain: weights of its score for each frame over the phone loop's and over everyday English's, and a
-constant. Logistic regression on five synthetic voices; 0 is where 3 % of their talk about other things passes."""
+_OVER_PHONES, _OVER_EVERYDAY, _FIT, _EVIDENCE = 0.108, 0.094, 2.05, 6.85
+"""Evidence for the domain: weights of its score over the phone loop's and over everyday English's for each frame of
+speech, of the text's fit, and a constant. Logistic regression on eleven synthetic voices, clean, whole sentences and
+short phrases."""
+_IN_DOMAIN, _DOUBT = -0.4, 1.35
+"""Evidence from which it is of the domain, and at which it is an even bet that it was heard right."""
 _ALTERNATIVES = 4
 
+_USUAL_MEAN = (41.00, -5.29, -0.12, 5.09, 2.48, -4.07, -1.37, -1.78, -5.08, -2.05, -6.45, -1.42, 1.17)
+"""Mean of the cepstra to begin with. The acoustic model's authors publish it with the model (`-cmninit`), the package's
+copy of the model lacks it."""
+_USUAL_FRAMES = 50
+"""So many frames of somebody's own voice count as much as the usual mean."""
 _DECODERS_MEMORY = 500
 """Frames that the decoder's own running mean counts a set mean for (CMN_WIN of cmn.h)."""
-_KNOWN_AFTER = 1000
-"""After so many frames (10 s) the channel is known; from then on new sound moves the mean slowly."""
-_DOUBTFUL = 0.85
-"""Confidence under which an utterance is decoded again, as long as the channel is not known."""
-_COLD_UNTIL = 150
-"""Before so many frames (1.5 s) were heard, utterances are decoded again: a cold decoder errs with confidence."""
-_LONG = 140
-"""From so many frames (1.4 s, pauses included) on, the mean of a single utterance is better than none."""
+_KNOWN_AFTER = 300
+"""After so many frames (3 s) the channel is known well enough not to begin utterances anew."""
+_REMEMBERED = 1000
+"""After so many frames (10 s) new sound moves the mean slowly."""
+_ENOUGH = 133
+"""So many frames (1.3 s, with the pre-roll) tell the mean of an utterance about as well as the whole of it."""
 
 Mean = NDArray[np.float64]
 
@@ -48,10 +55,11 @@ class SphinxRecogniser:
     """PocketSphinx, streaming. The model is built from the sentences once and then cached.
 
     Next to the domain's model a loop over all phones and a small model of everyday English run on the same sound: how
-    much worse the domain explains the sound than they do tells whether the sound is of the domain at all.
+    much worse the domain explains the sound than they do tells whether the sound is of the domain at all, together with
+    how usual the text is.
 
-    It adapts to the person and the microphone: the mean of the cepstra is kept from utterance to utterance, and while
-    it is not known well, a doubtful utterance is decoded once more with its own mean.
+    It adapts to the person and the microphone: the mean of the cepstra is kept from utterance to utterance. As long as
+    it is not known well, an utterance is decoded anew as soon as enough of it was heard to tell the mean.
 
     Args:
         sentences: What people may say: lower case, no punctuation. Their words are all it can hear.
@@ -68,19 +76,23 @@ class SphinxRecogniser:
         models = Path(pocketsphinx.get_model_path()) / "en-us"
         common = {"hmm": str(models / "en-us"), "loglevel": "FATAL"}
         self._domain = pocketsphinx.Decoder(lm=str(folder / "domain.arpa"), dict=str(folder / "domain.dict"), **common)
+        # Of these two only the score is used: few hypotheses, one pass.
         self._phones = pocketsphinx.Decoder(
-            allphone=str(models / "en-us-phone.lm.bin"), lw=2.0, beam=1e-20, pbeam=1e-20, **common
+            allphone=str(models / "en-us-phone.lm.bin"), lw=2.0, beam=1e-10, pbeam=1e-10, **common
         )
-        # One pass and few hypotheses: only its score is used.
         self._everyday = pocketsphinx.Decoder(
             lm=str(models / "en-us.lm.bin"), dict=str(folder / "everyday.dict"), fwdflat=False, bestpath=False,
-            maxhmmpf=3000, **common,
+            maxhmmpf=3000, beam=1e-30, pbeam=1e-30, wbeam=1e-20, **common,
         )  # fmt: skip
+        self._fit = DomainFit(sentences)
         self._decoders = (self._domain, self._phones, self._everyday)
         self._heard: list[bytes] = []
-        self._mean = self._begun_with = _parsed(self._domain.get_cmn(False))
+        self._mean = self._begun_with = np.array(_USUAL_MEAN)
+        self._knows_channel = False
         self._known_frames = 0
         self._words = (folder / "domain.dict").read_text("utf-8").count("\n")
+        if unknown := [word for word in self._fit.words if not self._domain.lookup_word(word)]:
+            raise UnpronounceableWordError(unknown)
 
     @property
     def name(self) -> str:
@@ -91,12 +103,15 @@ class SphinxRecogniser:
         """Begin an utterance."""
         self._heard.clear()
         self._begin(self._mean)
+        self._knows_channel = self._known_frames >= _KNOWN_AFTER
 
     def accept(self, samples: Samples) -> None:
         """Take the next samples, 16 kHz mono."""
         data = pcm16(samples)
         self._heard.append(data)
         self._process(data)
+        if not self._knows_channel and self._domain.n_frames() >= _ENOUGH:
+            self._begin_anew()
 
     def partial(self) -> str:
         """What has been understood so far."""
@@ -104,24 +119,28 @@ class SphinxRecogniser:
         return hypothesis.hypstr if hypothesis else ""
 
     def finish(self) -> Recognition:
-        """End the utterance: about 60 ms, and 0.1 s for each second of speech if it has to be decoded again."""
+        """End the utterance: about 60 ms."""
+        if not self._knows_channel:
+            self._begin_anew()
         recognition = self._end()
-        if not recognition.text:
-            return recognition
-        frames, mean = self._channel()
-        doubtful = recognition.confidence < _DOUBTFUL and self._known_frames < _KNOWN_AFTER
-        cold = self._known_frames < _COLD_UNTIL and frames >= _LONG
-        if doubtful or cold:
-            share = frames / (frames + self._known_frames)
-            self._begin(share * mean + (1 - share) * self._mean)
-            for data in self._heard:
-                self._process(data)
-            again = self._end()
-            if again.confidence > recognition.confidence or (cold and again.text and not self._known_frames):
-                recognition = again
-        self._mean = (self._mean * self._known_frames + mean * frames) / (self._known_frames + frames)
-        self._known_frames = min(_KNOWN_AFTER, self._known_frames + frames)
+        if recognition.text:
+            frames, mean = self._channel()
+            self._mean = self._with_mean(frames, mean)
+            self._known_frames = min(_REMEMBERED, self._known_frames + frames)
         return recognition
+
+    def _begin_anew(self) -> None:
+        """Decode what was heard of this utterance again, with a mean that it counts in."""
+        for decoder in self._decoders:
+            decoder.end_utt()
+        self._begin(self._with_mean(*self._channel()))
+        for data in self._heard:
+            self._process(data)
+        self._knows_channel = True
+
+    def _with_mean(self, frames: int, mean: Mean) -> Mean:
+        known = self._known_frames + _USUAL_FRAMES
+        return (self._mean * known + mean * frames) / (known + frames)
 
     def _process(self, data: bytes) -> None:
         for decoder in self._decoders:
@@ -139,25 +158,27 @@ class SphinxRecogniser:
         hypothesis = self._domain.hyp()
         if not hypothesis or not hypothesis.hypstr:
             return Recognition()
-        evidence = self._evidence(hypothesis)
+        words = tuple(self._said_words())
+        evidence = self._evidence(hypothesis, words)
         return Recognition(
             text=hypothesis.hypstr,
             alternatives=self._alternatives(hypothesis.hypstr),
-            confidence=1 / (1 + math.exp(min(50.0, -evidence))),
-            in_domain=evidence >= 0,
-            words=tuple(self._said_words()),
+            confidence=1 / (1 + math.exp(min(50.0, _DOUBT - evidence))),
+            in_domain=evidence >= _IN_DOMAIN,
+            words=words,
         )
 
-    def _evidence(self, hypothesis: Any) -> float:
+    def _evidence(self, hypothesis: Any, words: Sequence[RecognisedWord]) -> float:
         phones, everyday = self._phones.hyp(), self._everyday.hyp()
-        if not phones:
+        if not phones or not words:
             return -math.inf
-        frames = max(1, self._domain.n_frames())
+        frames = sum(word.end - word.start for word in words) * _FRAMES_PER_SECOND
         score = _log(hypothesis.best_score)
         over_phones = (score - _log(phones.best_score)) / frames
         # Everyday English may find no words at all in a single short sound.
         over_everyday = (score - _log(everyday.best_score)) / frames if everyday and everyday.hypstr else 0.0
-        return float(_OVER_PHONES * over_phones + _OVER_EVERYDAY * over_everyday + _EVIDENCE)
+        fit = self._fit.fit(hypothesis.hypstr)
+        return float(_OVER_PHONES * over_phones + _OVER_EVERYDAY * over_everyday + _FIT * fit + _EVIDENCE)
 
     def _channel(self) -> tuple[int, Mean]:
         """Number of frames of the utterance, and the mean of its cepstra (what voice and microphone have in common).
