@@ -15,6 +15,7 @@ from numpy.typing import NDArray
 
 from attune.speech.audio import Samples
 from attune.speech.background import everyday_dictionary
+from attune.speech.confidence import Reading, signal_to_noise
 from attune.speech.domain_fit import DomainFit
 from attune.speech.language_model import LanguageModel
 from attune.speech.pronunciation import UnpronounceableWordError, dictionary_text, pronounce
@@ -26,18 +27,12 @@ _LOG_BASE = math.log(1.0001)
 """PocketSphinx gives scores as powers of 1.0001."""
 _FRAMES_PER_SECOND = 100
 
-_OVER_PHONES, _OVER_EVERYDAY, _FIT, _EVIDENCE = 0.108, 0.094, 2.05, 6.85
-"""Evidence for the domain: weights of its score over the phone loop's and over everyday English's for each frame of
-speech, of the text's fit, and a constant. Logistic regression on eleven synthetic voices, clean, whole sentences and
-short phrases."""
-_IN_DOMAIN, _DOUBT = -0.4, 1.35
-"""Evidence from which it is of the domain, and at which it is an even bet that it was heard right."""
 _ALTERNATIVES = 4
 
 _USUAL_MEAN = (41.00, -5.29, -0.12, 5.09, 2.48, -4.07, -1.37, -1.78, -5.08, -2.05, -6.45, -1.42, 1.17)
 """Mean of the cepstra to begin with. The acoustic model's authors publish it with the model (`-cmninit`), the package's
 copy of the model lacks it."""
-_USUAL_FRAMES = 50
+_USUAL_FRAMES = 100
 """So many frames of somebody's own voice count as much as the usual mean."""
 _DECODERS_MEMORY = 500
 """Frames that the decoder's own running mean counts a set mean for (CMN_WIN of cmn.h)."""
@@ -156,29 +151,29 @@ class SphinxRecogniser:
         for decoder in self._decoders:
             decoder.end_utt()
         hypothesis = self._domain.hyp()
-        if not hypothesis or not hypothesis.hypstr:
+        words = tuple(self._said_words()) if hypothesis else ()
+        if not words:
             return Recognition()
-        words = tuple(self._said_words())
-        evidence = self._evidence(hypothesis, words)
+        reading = self._reading(hypothesis, words)
         return Recognition(
             text=hypothesis.hypstr,
             alternatives=self._alternatives(hypothesis.hypstr),
-            confidence=1 / (1 + math.exp(min(50.0, _DOUBT - evidence))),
-            in_domain=evidence >= _IN_DOMAIN,
+            confidence=reading.confidence,
+            in_domain=reading.in_domain,
             words=words,
         )
 
-    def _evidence(self, hypothesis: Any, words: Sequence[RecognisedWord]) -> float:
-        phones, everyday = self._phones.hyp(), self._everyday.hyp()
-        if not phones or not words:
-            return -math.inf
+    def _reading(self, hypothesis: Any, words: Sequence[RecognisedWord]) -> Reading:
         frames = sum(word.end - word.start for word in words) * _FRAMES_PER_SECOND
-        score = _log(hypothesis.best_score)
-        over_phones = (score - _log(phones.best_score)) / frames
-        # Everyday English may find no words at all in a single short sound.
-        over_everyday = (score - _log(everyday.best_score)) / frames if everyday and everyday.hypstr else 0.0
-        fit = self._fit.fit(hypothesis.hypstr)
-        return float(_OVER_PHONES * over_phones + _OVER_EVERYDAY * over_everyday + _FIT * fit + _EVIDENCE)
+        score, phones, everyday = _log(hypothesis.best_score), self._phones.hyp(), self._everyday.hyp()
+        return Reading(
+            over_phones=(score - _log(phones.best_score)) / frames if phones else -math.inf,
+            # Everyday English may find no words at all in a single short sound.
+            over_everyday=(score - _log(everyday.best_score)) / frames if everyday and everyday.hypstr else 0.0,
+            fit=self._fit.fit(hypothesis.hypstr),
+            weakest_word=min(word.confidence for word in words),
+            snr=signal_to_noise(np.frombuffer(b"".join(self._heard), "<i2").astype(np.float32) / np.float32(32768)),
+        )
 
     def _channel(self) -> tuple[int, Mean]:
         """Number of frames of the utterance, and the mean of its cepstra (what voice and microphone have in common).
