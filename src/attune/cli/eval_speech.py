@@ -1,9 +1,13 @@
 """`attune eval speech`: how well and how fast Attune hears, on synthetic speech or on recordings."""
 
+from collections.abc import Callable
 from pathlib import Path
-from typing import Annotated
+from typing import TYPE_CHECKING, Annotated
 
 import typer
+
+if TYPE_CHECKING:
+    from attune.speech.audio import Frame
 
 
 def eval_speech(
@@ -16,7 +20,6 @@ def eval_speech(
     ] = None,
     sample: Annotated[int, typer.Option(min=0, help="At most so many sentences (of each kind); 0 takes all.")] = 0,
     voices: Annotated[int, typer.Option(min=0, help="At most so many synthetic voices; 0 takes all.")] = 0,
-    suppress_noise: Annotated[bool, typer.Option(help="Lower steady noise first, with WebRTC's processing.")] = False,
     out: Annotated[Path, typer.Option(help="Gets speech.md, speech.json and speech.png.")] = Path("speech-evaluation"),
     config: Annotated[Path | None, typer.Option(help="Configuration file, if not attune.toml.")] = None,
     as_json: Annotated[bool, typer.Option("--json", help="Print the report as JSON.")] = False,
@@ -41,7 +44,7 @@ def eval_speech(
     from attune.evaluation.speech_samples import held_out_speakers, read_samples, synthetic_set
     from attune.speech.age.hub import require
     from attune.speech.choice import choose_recogniser
-    from attune.speech.echo import EchoCanceller
+    from attune.speech.echo import make_cleaner
 
     require("jiwer", extra="eval", needed_for="`attune eval speech`")
     from attune.evaluation.speech_report import draw, to_data, to_markdown, write_report
@@ -55,18 +58,19 @@ def eval_speech(
     count = min(voices, len(speakers)) if voices else len(speakers)
     chosen = [speakers[index * len(speakers) // count] for index in range(count)]
     spoken = read_samples(samples, sample) if samples else synthetic_set(chosen, sample)
+
+    def clean() -> Callable[[Frame], Frame]:
+        cleaner = make_cleaner(settings.speech, self_talk=False)
+        return cleaner.clean if cleaner else lambda frame: frame
+
     ears = Ears(
         make_recogniser=lambda: choose_recogniser(settings.speech, sentences).recogniser,
         config=settings.speech,
         is_complete=completeness(scene) if spoken.domain else lambda _: None,
+        make_clean=clean,
         intent=lambda text: interpreter.read(text).intent,
         confidence_ask=settings.dialogue.confidence_ask,
     )
-    if suppress_noise:
-        ears = Ears(
-            ears.make_recogniser, ears.config, ears.is_complete,
-            lambda: EchoCanceller(noise_suppression=True).clean, ears.intent, ears.confidence_ask,
-        )  # fmt: skip
     words = scene.vocabulary
     keywords = frozenset({*words.types, *words.colors, *words.places, "small", "big", "breakfast"})
     conditions = (None, *(snr or ()))

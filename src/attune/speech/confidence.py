@@ -21,8 +21,9 @@ _SURE = 0.2
 """Evidence for a right reading from which it is acted on."""
 _ASK = math.log(0.3 / 0.7)
 """Logit of the confidence under which the dialogue asks back (`dialogue.confidence_ask`)."""
-_BEST_SNR = 25.0
-"""Better than this makes no difference [dB]."""
+_BEST_SNR, _SUPPRESSION = 25.0, 12.0
+"""Better than this makes no difference [dB]. What is measured has gained so much by the suppression of noise, which
+takes as much from the doubtful sounds of speech as from the noise."""
 _BLOCK = SAMPLE_RATE // 50
 
 
@@ -35,7 +36,7 @@ class Reading:
         over_everyday: Likewise over everyday English.
         fit: Of the text; see `DomainFit.fit`.
         weakest_word: Smallest posterior probability of a word.
-        snr: Signal-to-noise ratio [dB].
+        snr: Signal-to-noise ratio after suppression [dB].
     """
 
     over_phones: float
@@ -60,7 +61,8 @@ class Reading:
 
         The scale is the dialogue's: 0.3 and more is acted on, less than 0.15 ignored, in between it asks back.
         """
-        right = _FIT * self.fit + _WEAKEST_WORD * self.weakest_word + _SNR * min(self.snr, _BEST_SNR) + _RIGHT
+        snr = min(self.snr - _SUPPRESSION, _BEST_SNR)
+        right = _FIT * self.fit + _WEAKEST_WORD * self.weakest_word + _SNR * snr + _RIGHT
         # Half the slope, so that what was heard badly is asked back rather than ignored.
         logit = min(self.domain_evidence - _ACTED_ON, 0.5 * (right - _SURE)) + _ASK
         return 1 / (1 + math.exp(-max(-50.0, logit)))

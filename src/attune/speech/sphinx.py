@@ -32,7 +32,7 @@ _ALTERNATIVES = 4
 _USUAL_MEAN = (41.00, -5.29, -0.12, 5.09, 2.48, -4.07, -1.37, -1.78, -5.08, -2.05, -6.45, -1.42, 1.17)
 """Mean of the cepstra to begin with. The acoustic model's authors publish it with the model (`-cmninit`), the package's
 copy of the model lacks it."""
-_USUAL_FRAMES = 100
+_USUAL_FRAMES = 200
 """So many frames of somebody's own voice count as much as the usual mean."""
 _DECODERS_MEMORY = 500
 """Frames that the decoder's own running mean counts a set mean for (CMN_WIN of cmn.h)."""
