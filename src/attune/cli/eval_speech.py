@@ -70,6 +70,7 @@ def eval_speech(
         make_clean=clean,
         intent=lambda text: interpreter.read(text).intent,
         confidence_ask=settings.dialogue.confidence_ask,
+        confidence_ignore=settings.dialogue.confidence_ignore,
     )
     words = scene.vocabulary
     keywords = frozenset({*words.types, *words.colors, *words.places, "small", "big", "breakfast"})

@@ -35,6 +35,7 @@ class Ears:
         make_clean: What cleans the sound before anything hears it; called once for each speaker.
         intent: What the dialogue makes of a text: "stop" halts the robot for good.
         confidence_ask: The dialogue asks back below this confidence.
+        confidence_ignore: It does not even ask below this one.
     """
 
     make_recogniser: Callable[[], Recogniser]
@@ -43,6 +44,7 @@ class Ears:
     make_clean: Callable[[], Callable[[Frame], Frame]] = lambda: lambda frame: frame
     intent: Callable[[str], str] = lambda text: "stop" if text.split()[:1] == ["stop"] else ""
     confidence_ask: float = 0.3
+    confidence_ignore: float = 0.15
 
 
 @dataclass(frozen=True, slots=True)
@@ -54,6 +56,7 @@ class Heard:
         text: What was heard, of all its utterances.
         utterances: How many it was taken for; more than one is a sentence that was cut off.
         accepted: The dialogue would act on it: taken as of the domain, and surely enough.
+        asked: It would not act but ask back.
         halts: The dialogue would halt the robot for good.
         delay: From the end of the speech to the utterance, without computing [s]; None when nothing was heard.
         stop_delay: From the end of the speech to the spotted stop [s], negative when before; None without one.
@@ -64,6 +67,7 @@ class Heard:
     text: str
     utterances: int
     accepted: bool
+    asked: bool
     halts: bool
     delay: float | None
     stop_delay: float | None
@@ -218,6 +222,7 @@ def _judge(sample: Sample, end: float, utterances: list[Utterance], stops: list[
         text=text,
         utterances=len(utterances),
         accepted=bool(sure),
+        asked=not sure and any(u.in_domain and u.confidence >= ears.confidence_ignore for u in utterances),
         halts=any(ears.intent(utterance.text) == "stop" for utterance in sure),
         delay=None if decided is None else decided - (end if sample.voice else utterances[-1].end),
         stop_delay=stops[0].time - end if stops else None,

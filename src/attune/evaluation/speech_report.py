@@ -185,10 +185,12 @@ def _domain(heard: Sequence[Heard], keywords: frozenset[str], seconds: float) ->
             "acted on with a wrong or missing keyword [%]": _percent(
                 each.accepted and not _same_keywords(each, keywords) for each in requests
             ),
-            "asked back or ignored [%]": _percent(not each.accepted for each in requests),
+            "asked back [%]": _percent(each.asked for each in requests),
+            "ignored [%]": _percent(not each.accepted and not each.asked for each in requests),
         }
     if off_topic:
         row["off-topic speech acted on [%]"] = _percent(each.accepted for each in off_topic)
+        row["off-topic speech asked back [%]"] = _percent(each.asked for each in off_topic)
     if stops:
         delays = [1000 * each.stop_delay for each in stops if each.stop_delay is not None]
         row |= {
