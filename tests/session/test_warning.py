@@ -26,6 +26,8 @@ class Watch:
         self.announced: list[m.Reply] = []
         self.over: dict[str, float] = {}
         self.moving: list[tuple[float, bool]] = []
+        self.said: set[str] = set()
+        session.bus.on(VOICE_STATUS, lambda status: self.said.add(status.reply) if status.state == "finished" else None)
         session.bus.on(REPLY, lambda reply: self.announced.append(reply) if reply.urgency == "background" else None)
         session.bus.on(
             VOICE_STATUS, lambda status: self.over.setdefault(status.reply, status.time) if status.over else None
@@ -36,6 +38,9 @@ class Watch:
         while True:
             self.moving.append((self.session.clock.now(), self.session.robot.status().moving))
             await self.session.clock.sleep(0.02)
+
+    def finished(self, reply: m.Reply) -> bool:
+        return reply.id in self.said
 
     def moved_between(self, start: float, end: float) -> bool:
         return any(moving for time, moving in self.moving if start + 0.03 <= time <= end - 0.03)
@@ -90,6 +95,20 @@ def test_the_robot_waits_for_words_only_with_older_people(config: Config, age: m
 
     play(config, script)
     assert (begun[0] > 3.0) == waits
+
+
+def test_a_further_wish_does_not_let_a_movement_begin_without_its_warning(config: Config) -> None:
+    async def script(session: Session, watch: Watch) -> None:
+        session.say("bring me a cup", OLDER)
+        await until(session, lambda state: state.move_arm)
+        await session.clock.sleep(1.0)
+        session.say("bring me a spoon and a fork, too", OLDER)
+        await session.clock.sleep(30)
+
+    watch = play(config, script)
+    first = watch.announced[0]
+    assert watch.finished(first)
+    assert not watch.moved_between(first.time, watch.over[first.id])
 
 
 def test_a_stop_while_the_robot_waits_for_its_own_words_takes_effect_at_once(config: Config) -> None:

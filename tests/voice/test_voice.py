@@ -134,6 +134,21 @@ def test_a_spotted_stop_silences_it_at_once_and_drops_what_was_to_come() -> None
     assert stage.states(after) == ["started", "finished"]
 
 
+def test_an_answer_comes_before_an_announcement_that_waits_and_a_newer_announcement_replaces_it() -> None:
+    stage, replies = Stage(), []
+
+    async def script() -> None:
+        for text, urgency in (("Hello.", "normal"), ("I look around.", "background"), ("I drive now.", "background"),
+                              ("I bring a spoon, too.", "normal")):  # fmt: skip
+            replies.append(stage.say(text, urgency=urgency))
+            await stage.clock.sleep(0.01)
+        await stage.clock.sleep(20)
+
+    stage.perform(script)
+    assert [stage.states(reply)[-1] for reply in replies] == ["finished", "dropped", "finished", "finished"]
+    assert stage.last(replies[3]).time < stage.last(replies[2]).time
+
+
 def test_what_is_taken_back_is_not_spoken_and_what_was_begun_ends_with_its_sentence() -> None:
     stage, replies = Stage(), []
 

@@ -368,7 +368,8 @@ class Reply(Message):
 
     Attributes:
         style: The age style it was written in (`unknown` is the neutral style).
-        urgency: `background` may be dropped when overtaken, `urgent` cuts off what is being said.
+        urgency: `background` (an announcement) waits behind answers and is dropped for a newer one, `urgent` cuts off
+            what is being said.
         supersedes: Ids of replies that must not be spoken any more, if they have not been yet.
         rate: Speaking rate [words per minute].
         loudness: 0 to 1.

@@ -263,7 +263,7 @@ class DialogueBridge:
             add=to_data_list(meaning.add), remove=to_data_list(meaning.remove), destination=meaning.destination,
         )  # fmt: skip
         match meaning.intent:
-            case "style" if not self.speaker.wish(meaning.style):
+            case "style" if not self.speaker.wish(meaning.style, utterance.id):
                 self.speaker.say("talk", "style_limit", cause=utterance.id, wish=meaning.style)
                 return
             case "stated_age":

@@ -52,14 +52,24 @@ class Speaker:
         """How to talk to this person now."""
         return self.preferences.applied(self._policies, self._estimated)
 
-    def wish(self, wish: StyleWish) -> bool:
-        """Follow a wish from now on. Returns False if it cannot be done any more than it is already."""
+    def wish(self, wish: StyleWish, cause: str) -> bool:
+        """Follow a wish from now on.
+
+        Args:
+            wish: How to speak.
+            cause: Id of the utterance.
+
+        Returns:
+            False if it cannot be done any more than it is already.
+        """
         before = self.policy
         wished = self._preferences.wish(wish)
         after = wished.applied(self._policies, self._estimated)
         if wish in _BY_DEGREES and (before.rate, before.loudness) == (after.rate, after.loudness):
             return False
         self.preferences = wished
+        if after.announce == "results":
+            self.take_back_announcements(cause)
         return True
 
     def forget(self) -> None:
@@ -85,7 +95,7 @@ class Speaker:
     ) -> Reply:
         """Say a sentence for a situation, in the wording that the policy asks for.
 
-        What is said takes back all announcements that were not spoken yet; something urgent takes back everything.
+        An announcement takes back earlier ones that were not spoken yet; something urgent takes back everything.
 
         Args:
             group: Group of situations in the file of replies.
@@ -99,8 +109,9 @@ class Speaker:
         text = repeated or self._phrasebook.say(group, situation, policy.wording, **slots)
         now = self._clock.now()
         overtaken = tuple(
-            id_ for id_, waiting in self._unspoken.items() if waiting == "background" or urgency == "urgent"
-        )
+            id_ for id_, waiting in self._unspoken.items()
+            if urgency == "urgent" or (urgency == waiting == "background")
+        )  # fmt: skip
         reply = Reply(
             time=now,
             cause=cause,

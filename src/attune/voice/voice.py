@@ -98,12 +98,16 @@ class Voice:
         return NoOutput()
 
     def _take(self, reply: Reply) -> None:
-        self._drop({*reply.supersedes, *(r.id for r in self._waiting if r.urgency == "background")})
+        announced = [r.id for r in self._waiting if r.urgency == "background"]
+        # An answer comes before an announcement that waits, and does not make it untrue.
+        self._drop({*reply.supersedes, *(announced if reply.urgency != "normal" else [])})
         if reply.urgency == "urgent":
             urgent = sum(r.urgency == "urgent" for r in self._waiting)
             self._waiting.insert(urgent, reply)
             if self._speaking and self._speaking.urgency != "urgent":
                 self._scope.cancel()
+        elif reply.urgency == "normal":
+            self._waiting.insert(sum(r.urgency != "background" for r in self._waiting), reply)
         else:
             self._waiting.append(reply)
         self._changed.set()
