@@ -165,16 +165,20 @@ class Manipulation:
         for arm in arms:
             world = self._beliefs.imagine()
             carrying = self._beliefs.imagine(grasping=(arm, percept.name))
-            search = find_picks(world, carrying, percept, arm, world.arm(arm), self._rng, pitch=pitch)
-            async for plan in results(self._clock, search):
-                return plan
+            posture = world.arm(arm)
+            for over in (False, True):
+                search = find_picks(world, carrying, percept, arm, posture, self._rng, pitch=pitch, over=over)
+                async for plan in results(self._clock, search):
+                    return plan
         raise Unreachable(percept.name, "no grasp was found that is free of collisions")
 
     async def _plan_place(self, arm: Arm, held: Held, position: Point) -> Place:
         world, carrying = self._beliefs.imagine(empty=arm), self._beliefs.imagine()
-        search = find_places(world, carrying, held, arm, position, carrying.arm(arm), self._rng)
-        async for plan in results(self._clock, search):
-            return plan
+        posture = carrying.arm(arm)
+        for over in (False, True):
+            search = find_places(world, carrying, held, arm, position, posture, self._rng, over=over)
+            async for plan in results(self._clock, search):
+                return plan
         raise Unreachable(f"the place for {held.percept.name}", "no way of putting it down was found")
 
     async def _grasp(self, arm: Arm, percept: Percept, in_hand: Frame) -> None:

@@ -26,6 +26,8 @@ LIFTS = (0.10, 0.05)
 """How far an object is lifted straight up, and put down straight from above [m]: the first that is possible."""
 PLACE_GAP = 0.004
 """Height over the surface at which an object is let go [m]."""
+_OVER = 0.02
+"""Between an object's top and the fingers over it [m]."""
 _YAWS = 16
 
 
@@ -51,7 +53,7 @@ class PickPlan:
     """How to pick an object up.
 
     Attributes:
-        approach: Straight to the grasp, shape (n, 7).
+        approach: Straight to the grasp, along the fingers or from above, shape (n, 7).
         lift: From the grasp straight up, shape (m, 7).
         in_hand: The object's pose in the tool frame once it is grasped.
     """
@@ -68,7 +70,7 @@ class PlacePlan:
 
     Attributes:
         lower: From above down to where the object is let go, shape (n, 7).
-        retreat: From there back along the fingers, shape (m, 7).
+        retreat: From there back along the fingers or up, shape (m, 7).
         placed: The object's pose then.
     """
 
@@ -88,8 +90,19 @@ def up(height: float) -> Array:
     return np.array([0.0, 0.0, height])
 
 
-def pick_starts(world: Imagination, arm: Arm, grasps: Sequence[Grasp], lift: float) -> list[Start]:
-    """Candidates for grasping from where the base stands, best first: keys are grasp, pre-grasp, lifted."""
+def pick_starts(
+    world: Imagination, arm: Arm, grasps: Sequence[Grasp], lift: float, top: float | None = None
+) -> list[Start]:
+    """Candidates for grasping from where the base stands, best first: keys are grasp, pre-grasp, lifted.
+
+    Args:
+        world: Where the base stands.
+        arm: The arm.
+        grasps: Where the hand may close.
+        lift: How far the object is lifted [m].
+        top: Height of the object's top over the floor [m], if the open fingers shall come down on both sides of it;
+            None for a hand that comes along its fingers.
+    """
     torso = world.torso_frame()
     kinematics = world.kinematics[arm]
     shoulder = torso.position + torso.rotation @ kinematics.geometry.shoulder
@@ -98,10 +111,17 @@ def pick_starts(world: Imagination, arm: Arm, grasps: Sequence[Grasp], lift: flo
     ]
     if not near:
         return []
-    series = [(g.tool, moved(g.tool, -APPROACH * g.tool.rotation[:, 0]), moved(g.tool, up(lift))) for g in near]
+    series = [(g.tool, _back(g.tool, top), moved(g.tool, up(lift))) for g in near]
     keys, index = reach_all(kinematics, torso, series, kinematics.pan_grid())
     costs = np.array([near[i].cost for i in index]) + 0.5 * comfort(kinematics, keys[:, 0]) ** 4
     return _ranked(arm, keys, index, series, costs)
+
+
+def _back(hand: Frame, top: float | None) -> Frame:
+    """Where the open hand is before it grasps and after it has let go: back along its fingers, or over the object."""
+    if top is None:
+        return moved(hand, -APPROACH * hand.rotation[:, 0])
+    return moved(hand, up(max(0.0, top - float(hand.position[2])) + pr2.PAD_HEIGHT / 2 + _OVER))
 
 
 def finish_pick(world: Imagination, carrying: Imagination, percept: Percept, start: Start) -> PickPlan | None:
@@ -137,9 +157,26 @@ def finish_pick(world: Imagination, carrying: Imagination, percept: Percept, sta
 
 
 def place_starts(
-    world: Imagination, arm: Arm, in_hand: Frame, upright: Array, position: Point, lift: float
+    world: Imagination,
+    arm: Arm,
+    in_hand: Frame,
+    upright: Array,
+    position: Point,
+    lift: float,
+    top: float | None = None,
 ) -> list[Start]:
-    """Candidates for putting down from where the base stands, best first: keys are placed, above, drawn back."""
+    """Candidates for putting down from where the base stands, best first: keys are placed, above, drawn back.
+
+    Args:
+        world: Where the base stands.
+        arm: The arm.
+        in_hand: The object's pose in the tool frame.
+        upright: Its rotation when it stands.
+        position: Where its bottom's middle shall be.
+        lift: From how far above it comes [m].
+        top: Height of its top over the floor when it stands [m], if the open hand shall rise from it; None for a hand
+            that draws back along its fingers.
+    """
     torso = world.torso_frame()
     kinematics = world.kinematics[arm]
     hand = in_hand.inverse()
@@ -148,7 +185,7 @@ def place_starts(
         turn = rotation(2, 2 * np.pi * step / _YAWS) @ upright
         placed = Frame(np.array(position) + up(PLACE_GAP), turn) @ hand
         above = moved(placed, up(lift))
-        series.append((placed, above, moved(placed, -APPROACH * placed.rotation[:, 0])))
+        series.append((placed, above, _back(placed, top)))
     keys, index = reach_all(kinematics, torso, series, kinematics.pan_grid())
     # An upright path cannot change the branch that the arm is on.
     same = kinematics.branch(keys[:, 0]) == kinematics.branch(world.arm(arm)[None])[0]

@@ -95,9 +95,9 @@ def pick_poses(
     """Base poses for picking an object up with one of the arms for which there are worlds."""
     hopeless: set[bytes] = set()
 
-    def prove(arm: Arm) -> bool:
+    def prove(arm: Arm, over: bool) -> bool:
         world, carrying = worlds[arm]
-        search = find_picks(world, carrying, percept, arm, FOLDED[arm], rng, _COMPLETIONS, pitch, hopeless)
+        search = find_picks(world, carrying, percept, arm, FOLDED[arm], rng, _COMPLETIONS, pitch, hopeless, over)
         return any(plan is not None for plan in search)
 
     view = next(iter(worlds.values()))[0]
@@ -108,7 +108,7 @@ def pick_poses(
         view.base = pose
         return view.own_shadow(middle, radius(percept)) < _SHADOW and view.sees(middle)
 
-    yield from _proven(worlds, costmap, body, percept.pose.position, prove, rng, preferred=sees_it)
+    yield from _along_or_over(worlds, costmap, body, percept.pose.position, prove, rng, sees_it)
 
 
 def place_poses(
@@ -125,9 +125,9 @@ def place_poses(
     posture = carrying.arm(arm)
     hopeless: set[bytes] = set()
 
-    def prove(_: Arm) -> bool:
+    def prove(_: Arm, over: bool) -> bool:
         carrying.set_arm(arm, posture)
-        search = find_places(world, carrying, held, arm, position, posture, rng, _COMPLETIONS, hopeless)
+        search = find_places(world, carrying, held, arm, position, posture, rng, _COMPLETIONS, hopeless, over)
         return any(plan is not None for plan in search)
 
     def sees_where(pose: BasePose) -> bool:
@@ -136,7 +136,7 @@ def place_poses(
             position
         )
 
-    yield from _proven({arm: worlds}, costmap, body, position, prove, rng, preferred=sees_where)
+    yield from _along_or_over({arm: worlds}, costmap, body, position, prove, rng, sees_where)
 
 
 def handle_poses(
@@ -193,6 +193,33 @@ def look_poses(
             sees = False
         yield pose if sees else None
     yield from shadowed
+
+
+def _along_or_over(
+    worlds: dict[Arm, tuple[Imagination, Imagination]],
+    costmap: Costmap,
+    body: Footprint,
+    point: Point,
+    prove: Callable[[Arm, bool], bool],
+    rng: np.random.Generator,
+    preferred: Callable[[BasePose], bool],
+) -> Iterator[BasePose | None]:
+    """Base poses for a hand that comes along its fingers; only if there are none, for one that comes from above."""
+    for over in (False, True):
+        found = False
+        for pose in _proven(
+            worlds,
+            costmap,
+            body,
+            point,
+            lambda arm: prove(arm, over),  # noqa: B023
+            rng,
+            preferred=preferred,
+        ):
+            found = found or pose is not None
+            yield pose
+        if found:
+            return
 
 
 def _proven(

@@ -83,6 +83,7 @@ def find_picks(
     completions: int = 12,
     pitch: float | None = None,
     hopeless: set[bytes] | None = None,
+    over: bool = False,
 ) -> Iterator[Pick | None]:
     """Ways to pick an object up from where the base stands.
 
@@ -96,13 +97,15 @@ def find_picks(
         completions: How many candidates of the straight part are tried to the end.
         pitch: How steeply the hand should come down, if that matters [rad].
         hopeless: Hand poses that are not free, wherever the base stands; those that are found are added.
+        over: The open hand comes down from over the object, not along its fingers.
     """
     hopeless = set() if hopeless is None else hopeless
     world.put(percept.name, frame_of(percept.pose))
+    top = percept.pose.position[2] + percept.extent[2] if over else None
     for lift in LIFTS:
         grasps = [grasp for grasp in grasps_for(percept, pitch) if _key(grasp.tool) not in hopeless]
         tried = 0
-        for start in pick_starts(world, arm, grasps, lift):
+        for start in pick_starts(world, arm, grasps, lift, top):
             key = _key(start.frames[0])
             if key in hopeless:
                 continue
@@ -137,6 +140,7 @@ def find_places(
     rng: np.random.Generator,
     completions: int = 12,
     hopeless: set[bytes] | None = None,
+    over: bool = False,
 ) -> Iterator[Place | None]:
     """Ways to put an object down from where the base stands.
 
@@ -150,12 +154,14 @@ def find_places(
         rng: For the searches.
         completions: How many candidates of the straight part are tried to the end.
         hopeless: Hand poses that are not free, wherever the base stands; those that are found are added.
+        over: The open hand rises from the object, instead of drawing back along its fingers.
     """
     hopeless = set() if hopeless is None else hopeless
+    top = position[2] + held.percept.extent[2] if over else None
     for lift in LIFTS:
         carrying.set_arm(arm, posture)
         tried = 0
-        for start in place_starts(carrying, arm, held.in_hand, held.upright, position, lift):
+        for start in place_starts(carrying, arm, held.in_hand, held.upright, position, lift, top):
             key = _key(start.frames[0])
             if key in hopeless:
                 continue
