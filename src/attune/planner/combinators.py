@@ -121,7 +121,7 @@ def monitor(
     holds: Callable[[], bool],
     broken: Callable[[], AttuneError],
     clock: Clock,
-    period: float = 0.1,
+    period: float = 0.2,
 ) -> Part[T]:
     """Run a part as long as `holds()`; when it does not any more, interrupt the part and fail with `broken()`."""
 
@@ -136,16 +136,18 @@ def monitor(
     return Part(name, body)
 
 
-def atomic_while(part: Part[T], holds: Callable[[], bool], clock: Clock, period: float = 0.05) -> Part[T]:
+def atomic_while(part: Part[T], holds: Callable[[], bool], clock: Clock, period: float = 0.2) -> Part[T]:
     """Run a part; as long as `holds()`, a minor interruption waits."""
 
     async def body(node: Node) -> T:
-        async def watch() -> AttuneError:
-            while True:
-                node.hold(holds())
-                await clock.sleep(period)
+        with node.atomic_while(holds) as notice:
 
-        return await _beside(watch, lambda: part.body(node))
+            async def watch() -> AttuneError:
+                while True:
+                    notice()
+                    await clock.sleep(period)
+
+            return await _beside(watch, lambda: part.body(node))
 
     return Part(part.name, body)
 

@@ -6,7 +6,8 @@ a value, it fails (raises one of `FAILURES`), or it is interrupted (its scope is
 cancellation.
 """
 
-from collections.abc import Awaitable, Callable, Sequence
+from collections.abc import Awaitable, Callable, Iterator, Sequence
+from contextlib import contextmanager
 from dataclasses import dataclass
 from typing import Any, Generic, Literal, TypeVar
 
@@ -61,7 +62,6 @@ class Node:
         self._plan = plan
         self._parent = parent
         self._frozen: PlanNode | None = None
-        self._holds = False
         self.name = name
         self.atomic = atomic
         self.status: NodeStatus = "pending"
@@ -129,11 +129,14 @@ class Node:
             await anyio.lowlevel.checkpoint()  # Here a deferred interruption takes effect.
         return value
 
-    def hold(self, held: bool) -> None:
-        """What this node does cannot be cut short now, or can again: a minor interruption waits for that."""
-        if held != self._holds:
-            self._holds = held
-            self._plan.hold(1 if held else -1)
+    @contextmanager
+    def atomic_while(self, holds: Callable[[], bool]) -> Iterator[Callable[[], None]]:
+        """A minor interruption waits as long as `holds()`. Call what this gives whenever that may have changed."""
+        self._plan.hold(holds)
+        try:
+            yield self._plan.notice
+        finally:
+            self._plan.release(holds)
 
     def _how_far(self) -> str:
         done = sum(child.status == "succeeded" for child in self.children)
@@ -163,14 +166,15 @@ class Plan:
         self._atomic_changed = atomic_changed
         self._atomic_limit = atomic_limit
         self._scope = anyio.CancelScope()
-        self._depth = 0
+        self._holds: list[Callable[[], bool]] = []
         self._deferred = False
+        self._told_atomic = False
         self._root: Node | None = None
 
     @property
     def atomic(self) -> bool:
         """Whether something runs that a minor interruption waits for."""
-        return self._depth > 0
+        return any(holds() for holds in self._holds)
 
     async def run(self, part: Part[Any]) -> Result:
         """Run a part as the root of the tree, to its end or its interruption."""
@@ -207,25 +211,40 @@ class Plan:
         node.status, node.started = "running", self._clock.now()
         node.touched()
         if node.atomic:
-            node.hold(True)
+            self.hold(_always)
         self._publish()
 
     def leave(self, node: Node, status: NodeStatus, reason: str = "") -> None:
         """A node has ended."""
         node.status, node.ended, node.reason = status, self._clock.now(), reason
         node.touched()
-        node.hold(False)
+        if node.atomic:
+            self.release(_always)
         self._publish()
 
-    def hold(self, change: int) -> None:
-        """One node more (1) or less (-1) cannot be cut short."""
-        before = self.atomic
-        self._depth += change
-        if self.atomic != before:
-            self._atomic_changed(self.atomic)
-        if self._deferred and not self.atomic:
+    def hold(self, holds: Callable[[], bool]) -> None:
+        """From now on a minor interruption waits as long as `holds()`."""
+        self._holds.append(holds)
+        self.notice()
+
+    def release(self, holds: Callable[[], bool]) -> None:
+        """Not any more."""
+        self._holds.remove(holds)
+        self.notice()
+
+    def notice(self) -> None:
+        """Tell it when something cannot be cut short, or can again; then an interruption that waited takes effect."""
+        atomic = self.atomic
+        if atomic != self._told_atomic:
+            self._told_atomic = atomic
+            self._atomic_changed(atomic)
+        if self._deferred and not atomic:
             self._scope.cancel()
 
     def _publish(self) -> None:
         if self._root:
             self._changed(self._root.frozen())
+
+
+def _always() -> bool:
+    return True
