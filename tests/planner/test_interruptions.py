@@ -2,6 +2,7 @@
 
 from collections.abc import Callable
 from dataclasses import dataclass
+from dataclasses import replace as replace_fields
 
 import pytest
 
@@ -356,6 +357,26 @@ def test_a_minor_interruption_while_the_fingers_close_says_so_and_the_object_is_
     assert kitchen.of(second) == [("deferred", "atomic_step"), ("done", "")]
     assert kitchen.moved() == {}
     kitchen.check_nothing_lost()
+
+
+def test_the_state_tells_where_each_object_of_the_task_goes_and_how_far_it_is(make_kitchen):
+    kitchen = make_kitchen()
+
+    async def script():
+        kitchen.say(bring("blue_spoon"))
+        await kitchen.until(lambda state: bool(state.holding))
+        kitchen.say(ReplaceObject(time=0.0, remove=named("blue_spoon"), add=named("white_bowl")))
+        await kitchen.settle()
+
+    kitchen.play(script)
+    queues = [[(task.object.name, task.destination, task.status) for task in s.queue] for s in kitchen.states]
+    assert [("blue_spoon", "drawer", "returning"), ("white_bowl", "table", "waiting")] in queues
+    assert queues[-1] == [("white_bowl", "table", "delivered")]
+    assert {state.progress for state in kitchen.states} == {0.0, 1.0}
+    before = kitchen.states[0]
+    for state in kitchen.states[1:]:
+        assert replace_fields(state, id=before.id, time=before.time) != before, "published without a change"
+        before = state
 
 
 def test_a_deferred_interruption_can_be_taken_back(make_kitchen):

@@ -1,84 +1,60 @@
 """The planner on the PR2 with real physics."""
 
-import anyio
 import pytest
 
-from attune.core.bus import COMMAND, OUTCOME, ROBOT_STATE, ROBOT_STOP, Bus
-from attune.core.clock import VirtualClock, run
-from attune.core.config import PlannerConfig, RobotConfig
-from attune.core.messages import BringMe, CarryOn, ObjectSpec, ReplaceObject, SettingBreakfast, StopSignal
-from attune.core.scene import load_scene
-from attune.planner.planner import Planner
+from attune.core.bus import COMMAND, ROBOT_STOP
+from attune.core.config import RobotConfig
+from attune.core.messages import (
+    BringMe,
+    CarryOn,
+    ChangeLocation,
+    ObjectSpec,
+    PutBack,
+    ReplaceObject,
+    SettingBreakfast,
+    StopSignal,
+)
+from attune.core.scene import Scene, load_scene
+from attune.evaluation.kitchen import Kitchen
 from attune.robots.mujoco.robot import MujocoRobot
 
 SCENE = load_scene()
+ISLAND = SCENE.surface("island")
 
 
-class Kitchen:
-    """One run of the planner on the simulated PR2, in virtual time."""
-
-    def __init__(self, config: PlannerConfig | None = None) -> None:
-        self.clock = VirtualClock()
-        self.bus = Bus()
-        self.robot = MujocoRobot(SCENE, self.clock, RobotConfig())
-        self.planner = Planner(self.bus, self.clock, SCENE, self.robot, config or PlannerConfig())
-        self.states = []
-        self.outcomes = []
-        self.bus.on(ROBOT_STATE, self.states.append)
-        self.bus.on(OUTCOME, self.outcomes.append)
-
-    def play(self, script) -> None:
-        async def main() -> None:
-            async with anyio.create_task_group() as group:
-                group.start_soon(self.robot.run)
-                group.start_soon(self.planner.run)
-                await self.clock.sleep(0.5)
-                await script()
-                group.cancel_scope.cancel()
-
-        run(main, self.clock)
-
-    async def until(self, condition) -> None:
-        with self.bus.subscribe(ROBOT_STATE) as states, anyio.fail_after(900.0):
-            async for state in states:
-                if condition(state):
-                    return
-
-    async def settle(self) -> None:
-        with anyio.fail_after(1500.0):
-            quiet = 0.0
-            while quiet < 2.0:
-                await self.clock.sleep(0.5)
-                quiet = quiet + 0.5 if self.states[-1].step in {"idle", "stopped"} else 0.0
-
-    def moved(self) -> dict[str, str]:
-        truth = self.robot.world.true_objects()
-        where = {name: "hand" if thing.held_by else thing.place for name, thing in truth.items()}
-        return {item.name: where[item.name] for item in SCENE.objects if where[item.name] != item.at}
+@pytest.fixture
+def kitchen() -> Kitchen:
+    return Kitchen(SCENE, lambda scene, clock: MujocoRobot(scene, clock, RobotConfig()))
 
 
-def bring(name: str) -> BringMe:
-    return BringMe(time=0.0, objects=(ObjectSpec(name=name),))
+def bring(name: str, **fields: str) -> BringMe:
+    return BringMe(time=0.0, objects=(ObjectSpec(name=name, **fields),))  # type: ignore[arg-type]
 
 
-def test_it_brings_a_cup_to_the_table():
-    kitchen = Kitchen()
+def carrying(state) -> bool:
+    return bool(state.holding) and state.move_base
+
+
+def told(kitchen: Kitchen, command) -> list[tuple[str, str]]:
+    return [(outcome.status, outcome.reason) for outcome in kitchen.outcomes if outcome.command == command.id]
+
+
+def test_it_brings_a_cup_to_the_table(kitchen):
+    command = bring("red_cup")
 
     async def script():
-        kitchen.bus.publish(COMMAND, bring("red_cup"))
+        kitchen.bus.publish(COMMAND, command)
         await kitchen.settle()
 
     kitchen.play(script)
     assert kitchen.moved() == {"red_cup": "table"}
-    assert [outcome.status for outcome in kitchen.outcomes] == ["accepted", "done"]
+    assert told(kitchen, command) == [("accepted", ""), ("done", "")]
 
 
-def test_a_carried_cup_goes_back_when_a_bowl_is_wanted_instead():
-    kitchen = Kitchen()
-
+def test_a_carried_cup_goes_back_when_a_bowl_is_wanted_instead(kitchen):
     async def script():
         kitchen.bus.publish(COMMAND, bring("red_cup"))
-        await kitchen.until(lambda state: bool(state.holding) and state.move_base)
+        await kitchen.until(carrying)
         await kitchen.clock.sleep(1.0)
         swap = ReplaceObject(time=0.0, remove=ObjectSpec(type="cup"), add=ObjectSpec(name="white_bowl"))
         kitchen.bus.publish(COMMAND, swap)
@@ -89,9 +65,7 @@ def test_a_carried_cup_goes_back_when_a_bowl_is_wanted_instead():
 
 
 @pytest.mark.slow
-def test_breakfast_is_set():
-    kitchen = Kitchen()
-
+def test_breakfast_is_set(kitchen):
     async def script():
         kitchen.bus.publish(COMMAND, SettingBreakfast(time=0.0))
         await kitchen.settle()
@@ -101,15 +75,13 @@ def test_breakfast_is_set():
     assert brought == {"bowl", "cereal", "milk", "spoon"}
 
 
-def test_a_stop_while_carrying_stands_still_and_carry_on_delivers():
-    kitchen = Kitchen()
-
+def test_a_stop_while_carrying_stands_still_and_carry_on_delivers(kitchen):
     async def script():
         kitchen.bus.publish(COMMAND, bring("blue_milk"))
-        await kitchen.until(lambda state: bool(state.holding) and state.move_base)
+        await kitchen.until(carrying)
         await kitchen.clock.sleep(1.0)
         kitchen.bus.publish(ROBOT_STOP, StopSignal(time=kitchen.clock.now()))
-        await kitchen.clock.sleep(0.5)
+        await kitchen.clock.sleep(0.3)
         for _ in range(20):
             assert not kitchen.robot.status().moving
             await kitchen.clock.sleep(0.2)
@@ -119,3 +91,108 @@ def test_a_stop_while_carrying_stands_still_and_carry_on_delivers():
 
     kitchen.play(script)
     assert kitchen.moved() == {"blue_milk": "table"}
+
+
+@pytest.mark.slow
+def test_after_a_stop_a_new_command_uses_what_is_in_the_gripper(kitchen):
+    async def script():
+        kitchen.bus.publish(COMMAND, bring("blue_milk"))
+        await kitchen.until(carrying)
+        kitchen.bus.publish(ROBOT_STOP, StopSignal(time=kitchen.clock.now()))
+        await kitchen.clock.sleep(2.0)
+        wish = BringMe(time=0.0, objects=(ObjectSpec(type="milk"),), destination="countertop")
+        kitchen.bus.publish(COMMAND, wish)
+        await kitchen.settle()
+
+    kitchen.play(script)
+    assert kitchen.moved() == {"blue_milk": "island"}
+
+
+def test_an_interruption_while_the_fingers_close_is_told_to_wait_and_the_object_goes_back(kitchen):
+    command = PutBack(time=0.0, object=ObjectSpec(name="red_cup"))
+
+    async def script():
+        kitchen.bus.publish(COMMAND, bring("red_cup"))
+        await kitchen.until(lambda state: not state.interruptible)
+        kitchen.bus.publish(COMMAND, command)
+        await kitchen.until(lambda state: bool(state.holding))
+        await kitchen.settle()
+
+    kitchen.play(script)
+    assert told(kitchen, command) == [("deferred", "atomic_step"), ("done", "")]
+    assert kitchen.moved() == {}
+
+
+def test_what_is_taken_out_of_the_gripper_is_noticed_found_and_brought(kitchen):
+    async def script():
+        kitchen.bus.publish(COMMAND, bring("red_cup"))
+        await kitchen.until(carrying)
+        await kitchen.clock.sleep(1.0)
+        kitchen.robot.world.move_object("red_cup", ISLAND.to_map(-0.1, 0.2))
+        await kitchen.clock.sleep(1.0)
+        assert not kitchen.states[-1].holding
+        await kitchen.settle()
+
+    kitchen.play(script)
+    assert kitchen.moved() == {"red_cup": "table"}
+
+
+@pytest.mark.slow
+def test_an_object_moved_at_the_last_moment_is_taken_where_it_is(kitchen):
+    async def script():
+        kitchen.bus.publish(COMMAND, bring("red_cup"))
+        await kitchen.until(lambda state: state.step == "transporting_fetch" and state.move_arm)
+        kitchen.robot.world.move_object("red_cup", ISLAND.to_map(-0.1, 0.2))
+        await kitchen.settle()
+
+    kitchen.play(script)
+    assert kitchen.moved() == {"red_cup": "table"}
+
+
+@pytest.mark.slow
+def test_an_object_that_was_taken_away_is_told_with_the_nearest_alternative(kitchen):
+    command = BringMe(time=0.0, objects=(ObjectSpec(type="bowl", color="white", location="countertop"),))
+
+    async def script():
+        kitchen.bus.publish(COMMAND, command)
+        await kitchen.until(lambda state: state.move_base)
+        kitchen.robot.world.remove_object("white_bowl")
+        await kitchen.settle()
+
+    kitchen.play(script)
+    assert told(kitchen, command) == [("accepted", ""), ("failed", "not_found")]
+    assert kitchen.outcomes[-1].alternative.name == "green_bowl"
+
+
+@pytest.mark.slow
+def test_an_object_that_nobody_told_the_robot_of_can_be_asked_for_once_it_was_seen():
+    unaware = SCENE.model_copy(update={"objects": tuple(o for o in SCENE.objects if o.name != "red_cup")})
+
+    def robot(_: Scene, clock):
+        return MujocoRobot(SCENE, clock, RobotConfig())
+
+    kitchen = Kitchen(unaware, robot)
+
+    async def script():
+        kitchen.bus.publish(COMMAND, bring("white_bowl"))
+        await kitchen.settle()
+        kitchen.bus.publish(COMMAND, BringMe(time=0.0, objects=(ObjectSpec(type="cup", color="red", size="normal"),)))
+        await kitchen.settle()
+
+    kitchen.play(script)
+    assert kitchen.moved() == {"white_bowl": "table", "red_cup": "table"}
+
+
+@pytest.mark.slow
+def test_what_was_delivered_is_moved_on_and_put_back(kitchen):
+    async def script():
+        kitchen.bus.publish(COMMAND, bring("red_cup"))
+        await kitchen.settle()
+        kitchen.bus.publish(COMMAND, ChangeLocation(time=0.0, destination="countertop"))
+        await kitchen.settle()
+        assert kitchen.moved() == {"red_cup": "island"}
+        kitchen.bus.publish(COMMAND, PutBack(time=0.0))
+        await kitchen.settle()
+
+    kitchen.play(script)
+    assert kitchen.moved() == {}

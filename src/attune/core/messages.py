@@ -249,7 +249,7 @@ Step = Literal[
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class QueuedTask:
-    """One delivery that is wanted: which object, to which place, and how far it is."""
+    """One delivery that is wanted: which object, to which place, and how far it is; `returning` goes home."""
 
     object: ObjectSpec
     destination: str

@@ -113,6 +113,11 @@ class Belief:
         """The kind of place an object is believed at, "" when held or unknown."""
         return self._surfaces[item.surface].place if item.surface else ""
 
+    def home_of(self, name: str) -> str:
+        """The kind of place where an object belongs, "" when that is not known."""
+        item = self._objects.get(name)
+        return self._surfaces[item.home.surface].place if item and item.home.surface else ""
+
     def describe(self, item: Individual) -> ObjectSpec:
         """All that is known of an object, as a description."""
         return ObjectSpec(

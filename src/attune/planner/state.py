@@ -58,7 +58,7 @@ class StateBoard:
         queue = tuple(
             QueuedTask(
                 object=described(item),
-                destination=item.destination,
+                destination=belief.home_of(item.individual) if item.status == "returning" else item.destination,
                 status="active" if goal and goal.delivery == item.id and item.status == "waiting" else item.status,  # type: ignore[arg-type]
                 command=item.command,
             )

@@ -9,15 +9,15 @@ or taken out of the gripper while it works.
 import math
 import random
 import threading
-from collections.abc import Iterable, Mapping, Sequence
-from dataclasses import dataclass, replace
+from collections.abc import Mapping, Sequence
+from dataclasses import replace
 from typing import Literal
 
 import anyio
 
 from attune.core.clock import Clock
 from attune.core.messages import ObjectSpec, Size
-from attune.core.scene import Scene, Surface
+from attune.core.scene import Scene
 from attune.robots.interface import (
     ARMS,
     Arm,
@@ -38,10 +38,10 @@ from attune.robots.interface import (
     RobotFailure,
     RobotStatus,
     Target,
-    UnknownTarget,
     Unreachable,
 )
 from attune.robots.simulated import TrueObject
+from attune.robots.symbolic_world import SymbolicWorld, Thing, middle
 
 Action = Literal["navigate", "open", "close", "pick", "place"]
 
@@ -55,31 +55,6 @@ SIGHT = 2.5
 """Farthest at which an object is recognised [m]."""
 FIELD_OF_VIEW = math.radians(40)
 """Half the angle the camera sees [rad]."""
-CLEARANCE = 0.3
-"""From the base's centre to the edge of any surface [m]."""
-OVERLAP = 0.05
-"""Two objects whose middles are nearer than this overlap: this world knows no shapes [m]."""
-SPACING = 0.15
-"""Between the free spots that are looked for [m]."""
-
-
-@dataclass(frozen=True, slots=True)
-class _Thing:
-    """What is really true of an object.
-
-    Attributes:
-        position: Of its bottom centre, in the map frame [m]; where the gripper took it while it is held.
-        surface: Name of the surface it stands on; "" while held, and on the floor.
-        held_by: The arm that holds it, or "".
-    """
-
-    name: str
-    type: str
-    color: str
-    size: Size
-    position: Point
-    surface: str
-    held_by: Literal["", "left", "right"] = ""
 
 
 class SymbolicRobot(Robot):
@@ -108,33 +83,15 @@ class SymbolicRobot(Robot):
         self._working = False
         self._atomic = False
         self._faults: dict[Action, list[RobotFailure]] = {}
-        self._things: dict[str, _Thing] = {}
+        self._world = SymbolicWorld(scene)
         self.arms_parked = True
         """Whether the arms are in the posture for driving."""
-        for item in scene.objects:
-            x, y, z, _ = scene.starts[item.name]
-            position = _moved((x, y, z), scene.surface(item.at).shift)
-            self._things[item.name] = _Thing(item.name, item.type, item.color, item.size, position, item.at)
 
     # --- the world, and what can go wrong in it ----------------------------------------------------------------
 
     def true_objects(self) -> Mapping[str, TrueObject]:
         """All objects of the world by name."""
-        return {
-            thing.name: TrueObject(
-                ObjectSpec(
-                    type=thing.type,
-                    color=thing.color,
-                    size=thing.size,
-                    location=self._surface(thing.surface).place if thing.surface else "",
-                    name=thing.name,
-                ),
-                thing.surface,
-                thing.position,
-                thing.held_by or None,
-            )
-            for thing in self._things.values()
-        }
+        return self._world.true_objects()
 
     def speed(self) -> float:
         """The speed of the base while anything moves [m/s]."""
@@ -142,16 +99,15 @@ class SymbolicRobot(Robot):
 
     def add_object(self, name: str, type_: str, color: str, size: Size, surface: str) -> None:
         """Put a new object of a known type on a free spot of a surface."""
-        spot = self._free_spot(self._surface(surface))
-        self._things[name] = _Thing(name, type_, color, size, spot, surface)
+        self._world.add_object(name, type_, color, size, surface)
 
     def move_object(self, name: str, surface: str) -> None:
         """Move an object, also out of the gripper, to a free spot of a surface."""
-        self._put(name, self._free_spot(self._surface(surface)), surface)
+        self._world.move_object(name, surface)
 
     def remove_object(self, name: str) -> None:
         """Take an object, also out of the gripper, away for good."""
-        del self._things[name]
+        self._world.remove_object(name)
 
     def fail_next(self, action: Action, failure: RobotFailure, times: int = 1) -> None:
         """Let the next `times` calls of an action fail, at the moment at which a real one would.
@@ -173,7 +129,7 @@ class SymbolicRobot(Robot):
             base=self._base,
             moving=self._working and not self._halted.is_set(),
             halted=self._halted.is_set(),
-            holding=self._holding(),
+            holding=self._world.holding(),
             opened=frozenset(self._opened),
             atomic=self._atomic,
         )
@@ -190,7 +146,7 @@ class SymbolicRobot(Robot):
             case PlaceTarget(_, position):
                 point, distances = position, (0.7, 0.85)
             case OpenTarget(container):
-                point, distances = _middle(self._container(container)), (0.7, 0.85)
+                point, distances = middle(self._world.container(container)), (0.7, 0.85)
             case LookTarget(position):
                 point, distances = position, (1.0, 1.3)
         around = (
@@ -198,7 +154,7 @@ class SymbolicRobot(Robot):
             for distance in distances
             for angle in (2 * math.pi * step / 16 for step in range(16))
         )
-        free = [BasePose(*pose) for pose in around if self._is_free(pose[0], pose[1])]
+        free = [BasePose(*pose) for pose in around if self._world.is_free(pose[0], pose[1])]
         await self._clock.sleep(self._tick)
         return sorted(free, key=lambda pose: math.dist((pose.x, pose.y), (self._base.x, self._base.y)))
 
@@ -230,7 +186,7 @@ class SymbolicRobot(Robot):
     async def perceive(self, spec: ObjectSpec = ObjectSpec()) -> tuple[Percept, ...]:
         """What stands in front of the head and fits `spec`."""
         await self._spend(0.1)
-        seen = (thing for thing in self._things.values() if self._is_visible(thing))
+        seen = (thing for thing in self._world.things.values() if self._is_visible(thing))
         percepts = (
             Percept(
                 thing.name,
@@ -258,7 +214,7 @@ class SymbolicRobot(Robot):
 
     async def pick(self, percept: Percept, arm: Arm | None = None, goal: Point | None = None) -> Arm:
         """Reach (2 s), close the fingers (0.4 s, shielded), lift (1 s)."""
-        holding = self._holding()
+        holding = self._world.holding()
         hand = arm or next((free for free in ARMS if free not in holding), None)
         if hand is None or hand in holding:
             raise GripperFull(", ".join(holding.values()))
@@ -266,13 +222,13 @@ class SymbolicRobot(Robot):
         self._check_reach(percept.name, percept.pose.position)
         self.arms_parked = False
         await self._spend(2.0)
-        thing = self._things.get(percept.name)
+        thing = self._world.things.get(percept.name)
         if thing is None or thing.held_by or math.dist(thing.position, percept.pose.position) > 0.03:
             raise ObjectNotThere(percept.name)
         await self._spend(0.4, atomic=True)
         if fault and not isinstance(fault, Collision):
             raise fault
-        self._things[thing.name] = replace(thing, surface="", held_by=hand)
+        self._world.things[thing.name] = replace(thing, surface="", held_by=hand)
         await self._spend(1.0)
         if fault:
             raise fault
@@ -280,26 +236,26 @@ class SymbolicRobot(Robot):
 
     async def place(self, arm: Arm, position: Point) -> None:
         """Reach (2 s), open the fingers (0.4 s, shielded), draw back (0.6 s)."""
-        if (name := self._holding().get(arm)) is None:
+        if (name := self._world.holding().get(arm)) is None:
             raise ObjectLost("what was held", arm)
         fault = self._fault("place")
         self._check_reach(name, position)
         self.arms_parked = False
         await self._spend(2.0)
-        if self._holding().get(arm) != name:
+        if self._world.holding().get(arm) != name:
             raise ObjectLost(name, arm)
         if isinstance(fault, ObjectLost):
-            self._put_down(name, position, beside=True)
+            self._world.put_down(name, position, beside=True)
         if fault and not isinstance(fault, PlacementFailed):
             raise fault
         await self._spend(0.4, atomic=True)
-        crowded = self._blocker(position)
-        self._put_down(name, position, beside=fault is not None or crowded is not None)
+        crowded = self._world.blocker(position)
+        self._world.put_down(name, position, beside=fault is not None or crowded is not None)
         if fault:
             raise fault
         if crowded:
             raise PlacementFailed(name, f"{crowded} stood there")
-        if not self._things[name].surface:
+        if not self._world.things[name].surface:
             raise PlacementFailed(name, "fell to the floor")
         await self._spend(0.6)
 
@@ -342,13 +298,13 @@ class SymbolicRobot(Robot):
         self._gaze = yaw
 
     async def _move_door(self, container: str, action: Literal["open", "close"]) -> None:
-        surface = self._container(container)
+        surface = self._world.container(container)
         if (container in self._opened) == (action == "open"):
             return
-        if len(self._holding()) == len(ARMS):
-            raise GripperFull(", ".join(self._holding().values()))
+        if len(self._world.holding()) == len(ARMS):
+            raise GripperFull(", ".join(self._world.holding().values()))
         fault = self._fault(action)
-        self._check_reach(container, _middle(surface))
+        self._check_reach(container, middle(surface))
         self.arms_parked = False
         await self._spend(3.0 if action == "open" else 2.0)
         if fault:
@@ -356,97 +312,24 @@ class SymbolicRobot(Robot):
 
     # --- geometry and bookkeeping ------------------------------------------------------------------------------
 
-    def _holding(self) -> dict[Arm, str]:
-        return {thing.held_by: thing.name for thing in tuple(self._things.values()) if thing.held_by}
-
     def _fault(self, action: Action) -> RobotFailure | None:
         faults = self._faults.get(action)
         return faults.pop(0) if faults else None
 
-    def _surface(self, name: str) -> Surface:
-        known = {surface.name: surface for surface in self._scene.surfaces}
-        if name not in known:
-            raise UnknownTarget("surface", name, tuple(known))
-        return known[name]
-
-    def _container(self, name: str) -> Surface:
-        known = {surface.container: surface for surface in self._scene.surfaces if surface.container}
-        if name not in known:
-            raise UnknownTarget("container", name, tuple(known))
-        return known[name]
-
     def _check_reach(self, what: str, point: Point) -> None:
         if math.dist(point[:2], (self._base.x, self._base.y)) > REACH:
             raise Unreachable(what, "too far away")
-        surface = self._surface_at(point)
+        surface = self._world.surface_at(point)
         if surface and surface.container and what != surface.container and surface.container not in self._opened:
             raise Unreachable(what, f"{surface.container} is closed")
 
-    def _is_free(self, x: float, y: float) -> bool:
-        inside = 0.0 < x < self._scene.room[0] and 0.0 < y < self._scene.room[1]
-        return inside and all(_distance_outside(surface, x, y) >= CLEARANCE for surface in self._scene.surfaces)
-
-    def _is_visible(self, thing: _Thing) -> bool:
+    def _is_visible(self, thing: Thing) -> bool:
         if thing.held_by:
             return False
         if thing.surface:
-            container = self._surface(thing.surface).container
+            container = self._world.surface(thing.surface).container
             if container and container not in self._opened:
                 return False
         x, y = thing.position[0] - self._base.x, thing.position[1] - self._base.y
         off_gaze = abs(math.remainder(math.atan2(y, x) - self._gaze, math.tau))
         return math.hypot(x, y) <= SIGHT and off_gaze <= FIELD_OF_VIEW
-
-    def _surface_at(self, point: Point) -> Surface | None:
-        over = (
-            surface
-            for surface in self._scene.surfaces
-            if _distance_outside(surface, point[0] - surface.shift[0], point[1] - surface.shift[1]) <= 0
-            and abs(surface.center[2] - point[2]) < 0.05
-        )
-        return next(over, None)
-
-    def _blocker(self, point: Point) -> str | None:
-        standing = (thing for thing in self._things.values() if not thing.held_by)
-        return next((thing.name for thing in standing if math.dist(thing.position, point) < OVERLAP), None)
-
-    def _free_spot(self, surface: Surface) -> Point:
-        for point in _spots(surface):
-            if self._blocker(point) is None:
-                return point
-        return _middle(surface)
-
-    def _put_down(self, name: str, position: Point, *, beside: bool) -> None:
-        surface = self._surface_at(position)
-        if surface and beside:
-            position = self._free_spot(surface)
-        self._put(name, position if surface else (*position[:2], 0.0), surface.name if surface else "")
-
-    def _put(self, name: str, position: Point, surface: str) -> None:
-        self._things[name] = replace(self._things[name], position=position, surface=surface, held_by="")
-
-
-def _moved(point: Point, shift: Point) -> Point:
-    return (point[0] + shift[0], point[1] + shift[1], point[2] + shift[2])
-
-
-def _middle(surface: Surface) -> Point:
-    """The middle of a surface as it is used: a drawer's when it is open."""
-    return _moved(surface.center, surface.shift)
-
-
-def _distance_outside(surface: Surface, x: float, y: float) -> float:
-    """How far a point of the floor plan is from a surface's rectangle; negative inside [m]."""
-    own_x, own_y = surface.from_map(x, y)
-    along, across = abs(own_x) - surface.size[0] / 2, abs(own_y) - surface.size[1] / 2
-    return math.hypot(max(along, 0.0), max(across, 0.0)) or max(along, across)
-
-
-def _spots(surface: Surface) -> Iterable[Point]:
-    """A grid of points on a surface as it is used, map frame."""
-    columns, rows = (max(1, int(length / SPACING)) for length in surface.size)
-    for column in range(columns):
-        for row in range(rows):
-            along = ((column + 0.5) / columns - 0.5) * surface.size[0]
-            across = ((row + 0.5) / rows - 0.5) * surface.size[1]
-            yield _moved(surface.to_map(along, across), surface.shift)

@@ -1,5 +1,6 @@
 """What the robot knows: objects as it saw them, what it holds and how, and the imagined worlds made of that."""
 
+import math
 from collections.abc import Hashable, Iterable
 from dataclasses import dataclass
 
@@ -14,6 +15,8 @@ from attune.robots.mujoco.world import World
 
 Array = NDArray[np.float64]
 
+_SAME = 0.1
+"""An object seen within this distance of where it was is still there [m]."""
 _UNKNOWN = Frame(np.zeros(3), np.eye(3))
 
 
@@ -51,6 +54,11 @@ class Beliefs:
                 drawer = self._drawers.get(percept.place)
                 self._opened[percept.name] = self._world.container_position(drawer.name) if drawer else 0.0
 
+    def is_news(self, percept: Percept) -> bool:
+        """Whether an object is seen where it was not known to be."""
+        known = self.seen.get(percept.name)
+        return known is None or math.dist(known.pose.position, percept.pose.position) > _SAME
+
     def forget(self, name: str) -> None:
         """An object is not where it was."""
         self.seen.pop(name, None)
@@ -63,6 +71,12 @@ class Beliefs:
     def released(self, arm: Arm) -> None:
         """The gripper is empty now."""
         self.held.pop(arm, None)
+
+    def feel_hands(self) -> None:
+        """Notice when something is not in a gripper any more: somebody took it, or it fell."""
+        for arm in tuple(self.held):
+            if self._world.held(arm) is None:
+                self.released(arm)
 
     @property
     def free_arms(self) -> tuple[Arm, ...]:

@@ -1,7 +1,7 @@
 """Driving the base: a route, its timing, and a watch for what comes into the way."""
 
 import math
-from collections.abc import Callable, Hashable
+from collections.abc import Awaitable, Callable, Hashable
 from dataclasses import dataclass
 
 import anyio
@@ -9,7 +9,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from attune.core.clock import Clock
-from attune.robots.interface import BasePose, PathBlocked, RobotFailure
+from attune.robots.interface import BasePose, PathBlocked, Point, RobotFailure
 from attune.robots.mujoco.beliefs import Beliefs
 from attune.robots.mujoco.costmap import Costmap, Footprint, footprint
 from attune.robots.mujoco.imagination import Imagination
@@ -25,6 +25,8 @@ _ATTEMPTS = 3
 """Routes that are planned before a way counts as blocked."""
 _WATCH = 0.5
 """Time between two looks at the way ahead [s]."""
+_AHEAD = 1.3
+"""How far ahead on the way the robot looks at the floor [m]."""
 _BLENDS = (0.5, 0.2, 0.05)
 """Time over which corners are rounded, the first for which there is room [s]."""
 _KEPT = 0.02
@@ -48,9 +50,13 @@ class Driving:
         motions: Moves it.
         beliefs: Gives the imagined world to plan in.
         clock: For planning off the event loop and for the watch.
+        see: Looks at a point and takes in what is seen there.
     """
 
-    def __init__(self, motions: Motions, beliefs: Beliefs, clock: Clock) -> None:
+    def __init__(
+        self, motions: Motions, beliefs: Beliefs, clock: Clock, see: Callable[[Point], Awaitable[None]]
+    ) -> None:
+        self._see = see
         self._motions = motions
         self._beliefs = beliefs
         self._clock = clock
@@ -113,9 +119,16 @@ class Driving:
         line = way.trajectory.points
         while True:
             await self._clock.sleep(_WATCH)
-            costmap = await self._map()
             now = self._motions.base
             passed = int(np.argmin(np.linalg.norm(line - (now.x, now.y, _near(now.yaw, line)), axis=1)))
+            away = np.linalg.norm(line[passed:, :2] - (now.x, now.y), axis=1)
+            if away[-1] > _AHEAD / 2:
+                x, y, _ = line[passed + int(np.argmax(away >= min(_AHEAD, away[-1])))]
+                try:
+                    await self._see((float(x), float(y), 0.0))
+                except RobotFailure:
+                    return  # It ends the drive as well.
+            costmap = await self._map()
             if costmap.clearance(line[passed::5], body).min() < way.room - _BLOCKED:
                 stop()
                 return

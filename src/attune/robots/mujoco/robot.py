@@ -83,7 +83,7 @@ class MujocoRobot(Robot):
         self._controller = Controller(self.world, clock, self._touched)
         self._motions = Motions(self.world, self._controller)
         self._beliefs = Beliefs(self.world)
-        self._driving = Driving(self._motions, self._beliefs, clock)
+        self._driving = Driving(self._motions, self._beliefs, clock, self._see_on_the_way)
         self._folding = Folding(self.world, self._motions, self._beliefs, clock, self._rng)
         self._manipulation = Manipulation(
             self.world, self._motions, self._folding, self._beliefs, clock, self._look_for, self._rng
@@ -139,6 +139,7 @@ class MujocoRobot(Robot):
 
     async def base_poses(self, target: Target) -> Sequence[BasePose]:
         """Up to three base poses to which a way leads and from which the target can be reached, best first."""
+        self._beliefs.feel_hands()
         costmap, body = await self._driving.floor()
         search = self._search(target, costmap)
         if search is None:
@@ -241,6 +242,12 @@ class MujocoRobot(Robot):
             return percept
         return replace(percept, pose=Pose((x, y, height), percept.pose.orientation))
 
+    async def _see_on_the_way(self, point: Point) -> None:
+        """Take in what was not known to be there; what is there as expected is not seen anew with other noise."""
+        await self.look_at(point)
+        await self._clock.sleep(PERIOD)
+        self._beliefs.notice(seen for seen in self._perception.look() if self._beliefs.is_news(seen))
+
     async def _look_for(self, point: Point) -> tuple[Percept, ...]:
         await self.look_at(point)
         return await self.perceive()
@@ -268,6 +275,7 @@ class MujocoRobot(Robot):
         The closing of the fingers is shielded from cancellation, for three seconds at most. The object is looked at
         first: if it was nudged, it is grasped where it is now.
         """
+        self._beliefs.feel_hands()
         free = self._beliefs.free_arms
         if not free or (arm is not None and arm not in free):
             raise GripperFull(", ".join(held.percept.name for held in self._beliefs.held.values()))
@@ -281,6 +289,7 @@ class MujocoRobot(Robot):
 
     async def park_arms(self) -> None:
         """Fold empty arms; bring carried objects, upright, close to the body and above the tables."""
+        self._beliefs.feel_hands()
         await self._folding.fold_all()
 
     async def move_torso(self, height: float) -> None:
