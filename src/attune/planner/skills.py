@@ -36,6 +36,8 @@ T = TypeVar("T")
 
 POSES_TRIED = 3
 """Base poses from which one thing is tried before it counts as out of reach."""
+VIEWS = 3
+"""Sides from which a surface is looked over before a thing counts as missing there."""
 SAME = 0.03
 """Base poses nearer than this, facing the same way, are the same [m]."""
 
@@ -231,9 +233,11 @@ class Skills:
             if surface.container:
                 await node.do(self.open_for(surface))
             target, container = LookTarget(middle(surface)), surface.container
-            for view in range(2):  # From the second, what was hidden may be seen.
+            for view in range(VIEWS):  # From another side, what was hidden may be seen.
                 there = Part("look", look)
-                part = self.at_base_pose("look there", target, there, surface.place, keep_open=container, skip=view)
+                part = self.at_base_pose(
+                    "look there", target, there, surface.place, keep_open=container, skip=min(view, 1)
+                )
                 fitting = await node.do(part)
                 if fitting or all_seen():
                     return fitting

@@ -5,6 +5,7 @@ stop between any two steps. A step yields a proven base pose, or None when its c
 """
 
 from collections.abc import Callable, Iterator
+from functools import partial
 
 import numpy as np
 from numpy.typing import NDArray
@@ -170,7 +171,10 @@ def handle_poses(
 def look_poses(
     world: Imagination, costmap: Costmap, body: Footprint, point: Point, now: BasePose, rng: np.random.Generator
 ) -> Iterator[BasePose | None]:
-    """Base poses from which a point can be seen from near, the robot facing it."""
+    """Base poses from which a point can be seen from near, the robot facing it.
+
+    The best one comes first, then those from the farthest other sides.
+    """
     distance = rng.uniform(_LOOK_NEAREST, _LOOK_FARTHEST, _SAMPLES)
     towards = rng.uniform(-np.pi, np.pi, _SAMPLES)
     poses = np.column_stack(
@@ -184,7 +188,10 @@ def look_poses(
     cost = 0.3 * np.hypot(poses[:, 0] - now.x, poses[:, 1] - now.y) + np.abs(distance - 0.8)
     free = np.flatnonzero(clearance > _CLEARANCE)
     shadowed: list[BasePose] = []
-    for index in free[np.argsort(cost[free])][:_POSES]:
+    ranked = [int(index) for index in free[np.argsort(cost[free])]]
+    found = False
+    while ranked:
+        index = ranked.pop(0)
         pose = BasePose(*(float(v) for v in poses[index]))
         world.base = pose
         sees = world.sees(point)
@@ -192,6 +199,10 @@ def look_poses(
             shadowed.append(pose)
             sees = False
         yield pose if sees else None
+        if sees and not found:
+            found = True
+            aside = np.abs(np.remainder(towards - towards[index] + np.pi, 2 * np.pi) - np.pi)
+            ranked.sort(key=(-aside).__getitem__)
     yield from shadowed
 
 
@@ -200,22 +211,15 @@ def _along_or_over(
     costmap: Costmap,
     body: Footprint,
     point: Point,
-    prove: Callable[[Arm, bool], bool],
+    prove: Callable[..., bool],
     rng: np.random.Generator,
     preferred: Callable[[BasePose], bool],
 ) -> Iterator[BasePose | None]:
     """Base poses for a hand that comes along its fingers; only if there are none, for one that comes from above."""
     for over in (False, True):
         found = False
-        for pose in _proven(
-            worlds,
-            costmap,
-            body,
-            point,
-            lambda arm: prove(arm, over),  # noqa: B023
-            rng,
-            preferred=preferred,
-        ):
+        way = partial(prove, over=over)
+        for pose in _proven(worlds, costmap, body, point, way, rng, preferred=preferred):
             found = found or pose is not None
             yield pose
         if found:
