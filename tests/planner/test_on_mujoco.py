@@ -166,7 +166,7 @@ def test_an_object_that_was_taken_away_is_told_with_the_nearest_alternative(kitc
 
 @pytest.mark.slow
 def test_an_object_that_nobody_told_the_robot_of_can_be_asked_for_once_it_was_seen():
-    unaware = SCENE.model_copy(update={"objects": tuple(o for o in SCENE.objects if o.name != "red_cup")})
+    unaware = SCENE.model_copy(update={"objects": tuple(o for o in SCENE.objects if o.name != "green_cereal")})
 
     def robot(_: Scene, clock):
         return MujocoRobot(SCENE, clock, RobotConfig())
@@ -176,11 +176,11 @@ def test_an_object_that_nobody_told_the_robot_of_can_be_asked_for_once_it_was_se
     async def script():
         kitchen.bus.publish(COMMAND, bring("white_bowl"))
         await kitchen.settle()
-        kitchen.bus.publish(COMMAND, BringMe(time=0.0, objects=(ObjectSpec(type="cup", color="red", size="normal"),)))
+        kitchen.bus.publish(COMMAND, BringMe(time=0.0, objects=(ObjectSpec(type="cereal"),)))
         await kitchen.settle()
 
     kitchen.play(script)
-    assert kitchen.moved() == {"white_bowl": "table", "red_cup": "table"}
+    assert kitchen.moved() == {"white_bowl": "table", "green_cereal": "table"}
 
 
 @pytest.mark.slow

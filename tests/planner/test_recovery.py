@@ -262,6 +262,19 @@ def test_what_is_taken_out_of_the_gripper_is_noticed_and_found(make_kitchen):
     kitchen.check_nothing_lost()
 
 
+def test_what_was_taken_from_the_named_place_is_looked_for_everywhere_when_it_is_lost(make_kitchen):
+    kitchen = make_kitchen()
+
+    async def script():
+        kitchen.say(BringMe(time=0.0, objects=(ObjectSpec(type="cup", location="cabinet"),)))
+        await kitchen.until(lambda state: bool(state.holding) and state.move_base)
+        kitchen.robot.move_object("white_cup", "island")
+        await kitchen.settle()
+
+    kitchen.play(script)
+    assert kitchen.moved() == {"white_cup": "table"}
+
+
 def test_what_is_taken_out_of_the_gripper_for_good_is_told(make_kitchen):
     kitchen = make_kitchen()
     command = bring("red_cup")

@@ -280,7 +280,7 @@ class Rules:
     def _to_put_back(self, agenda: Agenda, spec: ObjectSpec) -> Delivery | None:
         carried = self._carried(agenda)
         if spec == ObjectSpec():
-            options = carried or self._last_delivered(agenda)[-1:] or self._to_be_moved_on(agenda)
+            options = carried or self._brought_but_open(agenda)[-1:] or self._last_delivered(agenda)[-1:]
         else:
             delivered = tuple(item for item in agenda.deliveries if item.status == "delivered")[::-1]
             options = (*carried, *delivered, *agenda.waiting)
@@ -335,8 +335,8 @@ class Rules:
         delivered = [item for item in agenda.deliveries if item.status == "delivered"]
         return tuple(item for item in delivered if item.command == delivered[-1].command)
 
-    def _to_be_moved_on(self, agenda: Agenda) -> tuple[Delivery, ...]:
-        """What was delivered and is to be brought elsewhere, but has not been fetched for that."""
+    def _brought_but_open(self, agenda: Agenda) -> tuple[Delivery, ...]:
+        """What was put down at this moment, or was delivered before and waits to be brought elsewhere."""
         items = ((delivery, self.belief.get(delivery.individual)) for delivery in agenda.waiting)
         return tuple(delivery for delivery, item in items if item and item.displaced)
 

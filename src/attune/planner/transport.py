@@ -2,6 +2,7 @@
 
 import math
 from collections.abc import Iterator
+from dataclasses import replace
 
 from attune.core.errors import AttuneError
 from attune.core.messages import ObjectSpec
@@ -89,11 +90,15 @@ class Transport:
                 spec = ObjectSpec(name=delivery.individual)
             taken = self._desk.agenda.reserved - {delivery.individual}
 
-            def fits(seen: Individual) -> bool:
-                there = self._belief.place_of(seen)
-                return seen.is_a(spec) and seen.name not in taken and spec.location in {"", there}
+            # What the robot itself has taken from where the person said may be anywhere now.
+            own = delivery.individual if item and item.displaced else ""
+            places = replace(spec, location="") if own else spec
 
-            order = [surface.name for surface in search_order(self._scene, self._belief, spec, taken)]
+            def fits(seen: Individual) -> bool:
+                wanted = seen.is_a(spec) and spec.location in {"", self._belief.place_of(seen)}
+                return seen.name not in taken and (wanted or seen.name == own)
+
+            order = [surface.name for surface in search_order(self._scene, self._belief, places, taken)]
             if item and item.surface:
                 order = list(dict.fromkeys((item.surface, *order)))
             because: AttuneError | None = None
