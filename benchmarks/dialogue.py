@@ -58,11 +58,15 @@ def interpreting() -> dict[str, Any]:
             processor.append(time.thread_time() - start_processor)
 
     run(main, RealClock())
+    # The best of several rounds is what an idle machine needs: other programs slow down one round or another.
+    best = [min(wall[start :: len(asked)]) for start in range(len(asked))]
     return {
         "utterances": len(wall),
         "p50 [ms]": round(1000 * percentile(wall, 50), 2),
         "p99 [ms]": round(1000 * percentile(wall, 99), 2),
         "p99 target [ms]": TARGET_P99_MS,
+        "p50, best of the rounds [ms]": round(1000 * percentile(best, 50), 2),
+        "p99, best of the rounds [ms]": round(1000 * percentile(best, 99), 2),
         "p50, processor time [ms]": round(1000 * percentile(processor, 50), 2),
         "p99, processor time [ms]": round(1000 * percentile(processor, 99), 2),
         "longest, processor time [ms]": round(1000 * max(processor), 2),
