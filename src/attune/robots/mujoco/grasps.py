@@ -41,6 +41,11 @@ class Grasp:
     tool: Frame
     cost: float
 
+    @property
+    def pitch(self) -> float:
+        """How steeply the hand comes down [rad]."""
+        return float(np.arcsin(np.clip(-self.tool.rotation[2, 0], -1.0, 1.0)))
+
 
 def grasps_for(percept: Percept, pitch: float | None = None) -> list[Grasp]:
     """Candidates for an object that stands or lies as perceived, best first: such with this pitch [rad], if given."""

@@ -24,7 +24,7 @@ from attune.robots.mujoco.frames import Frame, frame_of, pose_of
 from attune.robots.mujoco.motions import Motions, together
 from attune.robots.mujoco.stepwise import results
 from attune.robots.mujoco.straighten import ASKEW, straightening_path, tilt
-from attune.robots.mujoco.whole_motions import Pick, Place, find_picks, find_places
+from attune.robots.mujoco.whole_motions import Pick, Place, find_picks, find_places, manners
 from attune.robots.mujoco.world import World
 
 Array = NDArray[np.float64]
@@ -162,12 +162,11 @@ class Manipulation:
         await self._verify(name, position)
 
     async def _plan_pick(self, percept: Percept, arms: tuple[Arm, ...], pitch: float | None) -> Pick:
-        for arm in arms:
-            world = self._beliefs.imagine()
-            carrying = self._beliefs.imagine(grasping=(arm, percept.name))
-            posture = world.arm(arm)
-            for over in (False, True):
-                search = find_picks(world, carrying, percept, arm, posture, self._rng, pitch=pitch, over=over)
+        for manner in manners(pitch):
+            for arm in arms:
+                world, carrying = self._beliefs.imagine(), self._beliefs.imagine(grasping=(arm, percept.name))
+                posture = world.arm(arm)
+                search = find_picks(world, carrying, percept, arm, posture, self._rng, pitch=pitch, manner=manner)
                 async for plan in results(self._clock, search):
                     return plan
         raise Unreachable(percept.name, "no grasp was found that is free of collisions")
@@ -175,8 +174,8 @@ class Manipulation:
     async def _plan_place(self, arm: Arm, held: Held, position: Point) -> Place:
         world, carrying = self._beliefs.imagine(empty=arm), self._beliefs.imagine()
         posture = carrying.arm(arm)
-        for over in (False, True):
-            search = find_places(world, carrying, held, arm, position, posture, self._rng, over=over)
+        for manner in manners():
+            search = find_places(world, carrying, held, arm, position, posture, self._rng, manner=manner)
             async for plan in results(self._clock, search):
                 return plan
         raise Unreachable(f"the place for {held.percept.name}", "no way of putting it down was found")

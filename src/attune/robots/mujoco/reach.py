@@ -17,7 +17,7 @@ from attune.robots.mujoco.beliefs import Held
 from attune.robots.mujoco.carry import FOLDED
 from attune.robots.mujoco.costmap import Costmap, Footprint
 from attune.robots.mujoco.imagination import Imagination
-from attune.robots.mujoco.whole_motions import find_picks, find_places, radius
+from attune.robots.mujoco.whole_motions import Manner, find_picks, find_places, manners, radius
 
 Array = NDArray[np.float64]
 
@@ -96,9 +96,9 @@ def pick_poses(
     """Base poses for picking an object up with one of the arms for which there are worlds."""
     hopeless: set[bytes] = set()
 
-    def prove(arm: Arm, over: bool) -> bool:
+    def prove(arm: Arm, manner: Manner) -> bool:
         world, carrying = worlds[arm]
-        search = find_picks(world, carrying, percept, arm, FOLDED[arm], rng, _COMPLETIONS, pitch, hopeless, over)
+        search = find_picks(world, carrying, percept, arm, FOLDED[arm], rng, _COMPLETIONS, pitch, hopeless, manner)
         return any(plan is not None for plan in search)
 
     view = next(iter(worlds.values()))[0]
@@ -109,7 +109,7 @@ def pick_poses(
         view.base = pose
         return view.own_shadow(middle, radius(percept)) < _SHADOW and view.sees(middle)
 
-    yield from _along_or_over(worlds, costmap, body, percept.pose.position, prove, rng, sees_it)
+    yield from _in_any_manner(worlds, costmap, body, percept.pose.position, prove, rng, sees_it, pitch)
 
 
 def place_poses(
@@ -126,9 +126,9 @@ def place_poses(
     posture = carrying.arm(arm)
     hopeless: set[bytes] = set()
 
-    def prove(_: Arm, over: bool) -> bool:
+    def prove(_: Arm, manner: Manner) -> bool:
         carrying.set_arm(arm, posture)
-        search = find_places(world, carrying, held, arm, position, posture, rng, _COMPLETIONS, hopeless, over)
+        search = find_places(world, carrying, held, arm, position, posture, rng, _COMPLETIONS, hopeless, manner)
         return any(plan is not None for plan in search)
 
     def sees_where(pose: BasePose) -> bool:
@@ -137,7 +137,7 @@ def place_poses(
             position
         )
 
-    yield from _along_or_over({arm: worlds}, costmap, body, position, prove, rng, sees_where)
+    yield from _in_any_manner({arm: worlds}, costmap, body, position, prove, rng, sees_where)
 
 
 def handle_poses(
@@ -206,7 +206,7 @@ def look_poses(
     yield from shadowed
 
 
-def _along_or_over(
+def _in_any_manner(
     worlds: dict[Arm, tuple[Imagination, Imagination]],
     costmap: Costmap,
     body: Footprint,
@@ -214,11 +214,12 @@ def _along_or_over(
     prove: Callable[..., bool],
     rng: np.random.Generator,
     preferred: Callable[[BasePose], bool],
+    pitch: float | None = None,
 ) -> Iterator[BasePose | None]:
-    """Base poses for a hand that comes along its fingers; only if there are none, for one that comes from above."""
-    for over in (False, True):
+    """Base poses for the best manner for which there are any."""
+    for manner in manners(pitch):
         found = False
-        way = partial(prove, over=over)
+        way = partial(prove, manner=manner)
         for pose in _proven(worlds, costmap, body, point, way, rng, preferred=preferred):
             found = found or pose is not None
             yield pose

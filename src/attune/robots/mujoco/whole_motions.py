@@ -64,6 +64,29 @@ class Place:
     fold: Array
 
 
+_NEAR_PITCH = 0.4
+"""A hand that comes down so much steeper or flatter than wanted is still held as wanted [rad]."""
+
+
+@dataclass(frozen=True, slots=True)
+class Manner:
+    """How the hand comes and goes.
+
+    Attributes:
+        over: The open hand comes down over the object and rises from it, instead of moving along its fingers.
+        strict: Only grasps with the pitch that is wanted.
+    """
+
+    over: bool = False
+    strict: bool = False
+
+
+def manners(pitch: float | None = None) -> tuple[Manner, ...]:
+    """The manners to try, the best first: what is grasped with another pitch than wanted must be set down again."""
+    usual = (Manner(), Manner(over=True))
+    return usual if pitch is None else (Manner(strict=True), *usual)
+
+
 def radius(percept: Percept) -> float:
     """Of the circle around an object's middle that it fits into, seen from above [m]."""
     return float(np.hypot(percept.extent[0], percept.extent[1])) / 2
@@ -83,7 +106,7 @@ def find_picks(
     completions: int = 12,
     pitch: float | None = None,
     hopeless: set[bytes] | None = None,
-    over: bool = False,
+    manner: Manner = Manner(),
 ) -> Iterator[Pick | None]:
     """Ways to pick an object up from where the base stands.
 
@@ -97,13 +120,18 @@ def find_picks(
         completions: How many candidates of the straight part are tried to the end.
         pitch: How steeply the hand should come down, if that matters [rad].
         hopeless: Hand poses that are not free, wherever the base stands; those that are found are added.
-        over: The open hand comes down from over the object, not along its fingers.
+        manner: How the hand comes.
     """
     hopeless = set() if hopeless is None else hopeless
     world.put(percept.name, frame_of(percept.pose))
-    top = percept.pose.position[2] + percept.extent[2] if over else None
+    top = percept.pose.position[2] + percept.extent[2] if manner.over else None
+    wanted = pitch if manner.strict else None
     for lift in LIFTS:
-        grasps = [grasp for grasp in grasps_for(percept, pitch) if _key(grasp.tool) not in hopeless]
+        grasps = [
+            grasp
+            for grasp in grasps_for(percept, pitch)
+            if _key(grasp.tool) not in hopeless and (wanted is None or abs(grasp.pitch - wanted) < _NEAR_PITCH)
+        ]
         tried = 0
         for start in pick_starts(world, arm, grasps, lift, top):
             key = _key(start.frames[0])
@@ -140,7 +168,7 @@ def find_places(
     rng: np.random.Generator,
     completions: int = 12,
     hopeless: set[bytes] | None = None,
-    over: bool = False,
+    manner: Manner = Manner(),
 ) -> Iterator[Place | None]:
     """Ways to put an object down from where the base stands.
 
@@ -154,10 +182,10 @@ def find_places(
         rng: For the searches.
         completions: How many candidates of the straight part are tried to the end.
         hopeless: Hand poses that are not free, wherever the base stands; those that are found are added.
-        over: The open hand rises from the object, instead of drawing back along its fingers.
+        manner: How the hand goes.
     """
     hopeless = set() if hopeless is None else hopeless
-    top = position[2] + held.percept.extent[2] if over else None
+    top = position[2] + held.percept.extent[2] if manner.over else None
     for lift in LIFTS:
         carrying.set_arm(arm, posture)
         tried = 0
