@@ -121,6 +121,9 @@ class Lexicon:
                 for phrase in phrases:
                     self._add(phrase, group, value)
         self.longest = max(len(key) for key in self.phrases)
+        self.actions: Mapping[str, str] = {
+            verb: kind for kind, verbs in reversed(file.verbs.model_dump().items()) for verb in verbs
+        }
         self._parts = {word for phrase in self.phrases for word in phrase}
         self._parts |= {word for kind in file.verbs.model_dump().values() for phrase in kind for word in phrase.split()}
 

@@ -6,6 +6,7 @@ from functools import lru_cache
 
 from attune.core.messages import Utterance
 from attune.dialogue.context import Context
+from attune.dialogue.grammar.command_model import load_command_model
 from attune.dialogue.grammar.tokens import tokenize
 from attune.dialogue.interpreter import Intent, Interpretation, Interpreter
 from attune.dialogue.lexicon import Lexicon
@@ -79,6 +80,7 @@ class Repairer:
             )
         )
         self._canonical = frozenset(lexicon.values("type")) | frozenset(lexicon.values("color"))
+        self._model = load_command_model()
         self._known = frozenset(word for words in lexicon.phrases for word in words)
 
     async def repaired(
@@ -97,7 +99,8 @@ class Repairer:
         """
         if meaning.intent not in _DOUBTFUL or (utterance.typed and meaning.intent == "fragment"):
             return meaning
-        words = [token.text for token in tokenize(utterance.text)]
+        tokens = tokenize(utterance.text)
+        words = [token.text for token in tokens]
         if meaning.intent == "talk" and not (_REQUESTS & set(words)):
             return meaning
         for alternative in utterance.alternatives[:4]:
@@ -106,13 +109,14 @@ class Repairer:
                 return replace(
                     other, confidence=other.confidence * 0.9, reason=f"another reading of the sound: {other.reason}"
                 )
-        return await self._by_sound(words, meaning, context, interpreter)
+        names = frozenset(token.text for token in tokens if token.capital)
+        return await self._by_sound(words, names, meaning, context, interpreter)
 
     async def _by_sound(
-        self, words: list[str], meaning: Interpretation, context: Context, interpreter: Interpreter
+        self, words: list[str], names: frozenset[str], meaning: Interpretation, context: Context, interpreter: Interpreter
     ) -> Interpretation:
         for index, word in enumerate(words):
-            if word in self._known or word in _COMMON or len(word) < 3:
+            if word in self._known or word in _COMMON or word in names or len(word) < 3 or self._model.knows(word):
                 continue
             near = sorted((distance(word, name), name) for name in self._names)
             best, name = near[0]

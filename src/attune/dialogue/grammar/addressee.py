@@ -38,6 +38,7 @@ _KNOWN_OPENERS = words(
     "drop set lay place store keep hold carry deliver serve prepare cook bake wait halt freeze pause continue resume "
     "proceed repeat speak talk "
     "to of in on at by for with from up down out off over under about into onto as than because "
+    "oi oy ey somebody someone anybody anyone och ach oui si chef "
     "third here there this that it you i we see fantastic super awesome correction wrong mistake "
     "apologies hungry thirsty tired careful easy slower faster louder quieter and but or if when while "
     "since because as after before until once fetch bring get"
@@ -53,21 +54,29 @@ _THIRD_PERSON = re.compile(
 )
 
 
+_REPORTS = re.compile(
+    r"^(?:(?:and|so|but|then|well|the|my|our|his|her) )*(?!i |we |you |please |robot )\w+ (?:then |just )?(?:said|says|"
+    r"whispered|shouted|yelled|goes|replied|cried|screamed|sang|was like|is like) (?:, )?(?=\w+ )"
+)
+
+
 def is_for_someone_else(tokens: Sequence[Token], lexicon: Lexicon) -> bool:
     """Whether somebody else is called by name at the beginning or the end."""
     words = [token.text for token in tokens]
+    if any(word == "robot" and words[at - 1 : at] in ([], [","], ["."]) for at, word in enumerate(words)):
+        return False
     others = lexicon.people | lexicon.names
     at = 0
     while at < len(words) and (words[at] in _OPENERS or words[at] == ","):
         at += 1
-    if at < len(words) and words[at] in others:
+    if at < len(words) and words[at] in others - {"sir", "madam"}:
         rest = words[at + 1 :]
         if not rest or rest[0] in {",", ".", "?"} or words[at : at + 2] == ["guys"]:
             return True
         if rest[0] in _TO_YOU and not _THIRD_PERSON.match(" ".join(rest)):
             # "anna is here" speaks about her, "anna did you ..." to her; neither is for the robot.
             return True
-    if _calls_a_stranger(tokens, words, at, lexicon):
+    if _calls_a_stranger(tokens, words, at, lexicon) or _REPORTS.match(" ".join(words)):
         return True
     end = len(words)
     while end and words[end - 1] in {".", "?", "please", "thanks"}:

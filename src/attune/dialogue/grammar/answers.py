@@ -146,6 +146,9 @@ def read_answer(text: str, sentence: Sentence, question: Question, context: Cont
     options = question.options
     if not options:
         return None
+    both = re.fullmatch(r"T(\d+)(?: please| thanks| ,)*", text)
+    if both and sentence.things[int(both[1])].count == len(options) and sentence.things[int(both[1])].head == "one":
+        return _chosen(options)
     ordinal = _ORDINAL.match(_LEADING_YES.sub("", text))
     if ordinal and len(options) > 1 and abs(_ORDINALS[ordinal["n"]]) < len(options):
         return _chosen((options[_ORDINALS[ordinal["n"]]],))

@@ -6,13 +6,13 @@ from attune.dialogue.grammar import frames
 from attune.dialogue.words import words
 
 NEGATIVE = re.compile(
-    r"(?:instead of|rather than|in place of|in lieu of|as (?:a |the )?(?:replacement|substitute|"
+    r"(?:instead of|rather than|in place of|in lieu of|in exchange for|as opposed to|as (?:a |the )?(?:replacement|substitute|"
     r"alternative) (?:for|to)|other than|"
     r"no longer (?:want|need|require)|(?<!why )(?:do|does|did|would|will|must|should|need) not (?:\w+ )??(?:want|"
     r"need|like|"
     r"bring|fetch|"
     r"get|take|mean|ask for|give|care for|fancy|say|order|feel like|serve|deliver|prefer|hand|pass|grab)"
-    r"(?: me| us| to have| you to bring| you to bring me| to eat| to use| to drink from)*|\bnot|\bno need for|"
+    r"(?: me| us| to have| you to bring| you to bring me| to eat| to use| to drink from)*|\bnot(?: in)?|\bno need for|"
     r"\bnor|wrong|"
     r"\b(?:put|take|bring|carry) (?:away|back)|except(?: for)?|sick of|enough of|\bwithout|\bskip|\bless|"
     r"against using|can not (?:\w+ )?(?:abide|stand|bear|eat|drink|have|digest|stomach)|(?:^|[.,] |"
@@ -23,7 +23,7 @@ NEGATIVE = re.compile(
     r"(?:am|are|was|were|be) not (?:after|looking for)|no more)$"
 )
 NO = re.compile(r"\bno$")
-PREFERRED_OVER = re.compile(r"\b(?:prefer|rather|better|sooner|more)\b.*\b(?:than|over|to)$")
+PREFERRED_OVER = re.compile(r"\b(?:prefer|preferable|rather|better|sooner|more)\b.*\b(?:than|over|to)$")
 BACK = re.compile(r"^(?: P\d+)? (?:back|away|off the list|is wrong|is not what|was wrong|was a mistake|any ?more)\b")
 SWAP_PAIR = re.compile(
     rf"^(?:(?:over )?from )?(?P<old>T\d+|{frames.PRONOUN}|P\d+)(?: (?:please|back|out|,))* "
@@ -70,6 +70,8 @@ PRONOUN_OBJECT = re.compile(
     rf"^(?:(?:me|us|over|back|down|,|please|just|then) )*(?:{frames.PRONOUN}\b|some(?= *(?:[.,?]|$| please| too)))"
 )
 OTHER_PLACE = re.compile(r"(?: ,)?(?: and)? (?:rather than|instead of|not) P\d+")
+SUBJECT = re.compile(r" (?:is|'s|has|was|will|would)\b")
+SHOWN = re.compile(r"(?:(?:no|but|oh|hey|sorry|well|,) )*(?:that|this|these|those|it) (?:is|are|'s) (?:just |only |a )?T(\d+)(?= *(?:[.,]|$))")
 NEGATIVE_SPOT = re.compile(r"(?:instead of|rather than|in place of|\bnot|\bthan)$")
 FILLER = words(
     "please thanks thank you and also too as well now then okay ok robot for me us if possible would "

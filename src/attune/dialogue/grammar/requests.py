@@ -11,7 +11,7 @@ from attune.dialogue.grammar.clauses import Clause, ClauseKind, Sentence
 from attune.dialogue.grammar.corrections import MARKER
 from attune.dialogue.grammar.items import Spot, Thing, described
 from attune.dialogue.grammar.polarity import goes_to, refused
-from attune.dialogue.grammar.references import fits, object_spoken_of, resolve
+from attune.dialogue.grammar.references import fits, is_described_by, object_spoken_of, resolve
 from attune.dialogue.lexicon import Lexicon
 
 
@@ -49,6 +49,7 @@ class RequestReader:
         self._place_to_look = ""
         self._place_mentioned = ""
         self._nouns: list[ObjectSpec] = []
+        self._given_back: list[ObjectSpec] = []
 
     def read(self, clauses: Sequence[Clause]) -> Wanted:
         """All clauses together."""
@@ -120,6 +121,8 @@ class RequestReader:
     def _swap(self, clause: Clause) -> bool:
         pair = cues.SWAP_PAIR.match(clause.body)
         if pair is None or pair["old"].startswith("P"):
+            # "swap out the green bowl and bring the black one"
+            self._given_back += [self._things[n].spec for n in clause.things() if self._things[n].head == "noun"]
             return False
         old, new = pair["old"], pair["new"]
         if clause.verb == "substitute" and " for " in pair[0] and old.startswith("T"):
@@ -133,8 +136,7 @@ class RequestReader:
             self._remove(int(old[1:]))
         self._negative.discard(int(new[1:]))
         self._add(int(new[1:]), clause)
-        rest = clause.body[pair.end() :]
-        self._places(rest, "put", clause)
+        self._places(f"{new}{clause.body[pair.end() :]}", "put", clause)
         return True
 
     def _is_bare(self, text: str, asks: bool) -> bool:  # noqa: PLR0911 - one rule per return
@@ -208,6 +210,9 @@ class RequestReader:
         if pointing and self._wanted.add and not self._wanted.add[-1].location:
             place = self._spots[int(pointing[1])].place
             self._wanted.add = [replace(spec, location=spec.location or place) for spec in self._wanted.add]
+        shown = cues.SHOWN.match(text)
+        if shown and self._things[int(shown[1])].spec.type in {has.type for has in self._context.recent}:
+            self._given_back.append(self._things[int(shown[1])].spec)  # "that is salt, I need sugar"
         self._wanted.topics += specs.values()
         self._nouns += specs.values()
 
@@ -283,6 +288,8 @@ class RequestReader:
                 )
                 continue
             spot = self._spots[number]
+            if cues.SUBJECT.match(body[match.end() :]) and not spot.role and body.count(" P") + body.startswith("P") > 1:
+                continue  # "to the counter, the table is full"
             if cues.NEGATIVE_SPOT.search(body[: match.start()].rstrip()):
                 wanted.moves = wanted.moves or bool(wanted.destination) or not numbers
                 continue
@@ -293,6 +300,8 @@ class RequestReader:
             elif self._is_destination(spot, kind, body[: match.start()], numbers, seen):
                 wanted.destination = spot.place
                 wanted.moves = wanted.moves or not numbers
+            elif not numbers and wanted.add and spot.role == "from" and (wanted.pronoun or kind == "plain"):
+                self._locate(len(wanted.add) - 1, len(wanted.add), spot.place, "")  # "a fork; take it from the drawer"
             elif seen and wanted.add:
                 self._locate(max(first, 0), max(first, 0) + seen, spot.place, body[: match.start()])
             else:
@@ -334,8 +343,8 @@ class RequestReader:
             return False
         if thing.head == "noun" and thing.other:
             spec = resolve(replace(thing, head="one"), self._narrowed(spec), (), self._said) or spec
-        if thing.count == 1 and (thing.definite or not thing.article) and spec in self._wanted.add:
-            return True  # "the green cup, get me the green cup"
+        if thing.count == 1 and not thing.another and self._says_again(number, spec, clause):
+            return True  # "a fork, get me a fork"
         if thing.head == "one" and self._says_nothing(thing) and spec.type in {has.type for has in self._wanted.add}:
             return True  # "I am looking for a plate, could you find one"
         self._nouns.append(spec)
@@ -350,6 +359,19 @@ class RequestReader:
         self._wanted.add += [spec] * thing.count
         self._wanted.definite += [thing.definite] * thing.count
         return True
+
+    def _says_again(self, number: int, spec: ObjectSpec, clause: Clause) -> bool:
+        """Whether a thing was asked for already; "a cup and a cup" are two. What is said later may say more."""
+        if re.search(rf"\bT\d+(?: for \w+)? and T{number}\b", clause.text):
+            return False
+        if spec in self._wanted.add:
+            return True
+        before = self._wanted.add[-1] if self._wanted.add else spec
+        tells_more = before.type == spec.type and is_described_by(replace(before, location=""), spec)
+        if self._wanted.add and tells_more and not self._things[number].other and self._wanted.add.count(before) == 1:
+            self._wanted.add[-1] = replace(spec, location=spec.location or before.location)
+            return True
+        return False
 
     @staticmethod
     def _says_nothing(thing: Thing) -> bool:
@@ -422,6 +444,11 @@ class RequestReader:
 
     def _finish(self) -> None:
         wanted = self._wanted
+        if self._given_back and wanted.add and not wanted.remove:
+            wanted.remove += [spec for spec in self._given_back if spec not in wanted.add]
+            wanted.contrast = True
+        if self._place_to_look and len(wanted.add) == 1:
+            self._locate(0, 1, self._place_to_look, "")  # "what I need from the drawer is a fork"
         if wanted.moves and wanted.add and not wanted.asked and not wanted.destination:
             wanted.moves = False
         if not wanted.add:

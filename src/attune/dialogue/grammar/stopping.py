@@ -14,10 +14,11 @@ _BEFORE = (
 )
 
 NOT_A_STOP = re.compile(
-    r"\b(?:please )?(?:do not (?:you )?(?:ever |even think about |just )?(?:stop(?:ping)?|freeze|halt|pause|"
+    r"\b(?:please )?(?:(?<!why )do not (?:you )?(?:ever |even think about |just )?(?:stop(?:ping)?|freeze|halt|pause|"
     r"give up|wait)|"
     r"never stop|(?:you )?do not (?:have|need) to (?:stop|wait|pause|halt)|no need to (?:stop|wait|pause|halt)|"
-    r"not (?:have|need) to stop|(?:i )?(?:did|do) not (?:say|mean|want you to|tell you to|ask you to|said|"
+    r"not (?:have|need) to stop|(?:i )?(?:was|am) not (?:telling|asking|talking to|ordering) you(?: to)? (?:stop|wait|halt)|"
+    r"(?:i )?(?:did|do) not (?:say|mean|want you to|tell you to|ask you to|said|"
     r"mean to)(?: say)? "
     r"(?:\w+ )?(?:stop|halt|wait|pause)|not stop|without stopping|"
     r"should not stop|must not stop|keep going (?:and )?do not stop|(?:there is )?no reason to stop|non stop|nonstop)"
@@ -30,7 +31,7 @@ _GERUNDS = (
     r"grabbing|taking|putting|making|preparing|setting|delivering|rolling|turning|placing|opening|picking|everything|"
     r"being|trying|messing|touching)"
 )
-STOP_WORD = re.compile(r"\b(?:stop|halt|freeze|abort|cease|whoa|woah|stopp|desist)\b")
+STOP_WORD = re.compile(r"\b(?:stop|halt|freeze|abort|cease|whoa|woah|stopp|desist|discontinue)\b")
 _STOP_EXCLUDED_BEFORE = re.compile(
     r"(?:\b(?:bus|tram|train|next|last|full|pit|non|a|the|this|my|our|first|truck|whistle|metro|subway|rest|"
     r"never|not|did|does|without|he|she|they|we|i|it|who|always|rain|ever|people|kids|him|her|them|us|"
@@ -39,7 +40,7 @@ _STOP_EXCLUDED_BEFORE = re.compile(
     r"was like|told (?:me|us|him|her|them))(?: to| that)?(?: ,)?"
     r"|\b(?:did|do|have) (?:i|we|you) (?:just |ever |really |even )?(?:say|said|hear|mean)(?: ,)?"
     r"|\b(?:never|not|word|about|written|reads|called) (?:\w+ )?(?:said|say|meant|mean|ask|asked)?(?: ,)?"
-    r"|(?<!you )\b(?:could|would|will)"
+    r"|(?<!you )\b(?:could|would|will)|\b(?:i|we) (?:had|have) to"
     r"|\b(?:why|when|where|how|if|until|unless|before|after|whenever|once) (?:you|it|that)|\b(?:did|do|"
     r"does) (?:you|it)"
     r"|(?<!you )(?<!have )(?<!need )(?<!said )(?<!had )(?<!must )(?<!ought )(?<!got )to"
@@ -99,7 +100,8 @@ _GIVE_UP = re.compile(
     r"after all|at all|from you))*|"
     r"i (?:do not|no longer) want you to (?:do that|do it|continue|bring .*|go on)|no need(?: (?:any more|"
     r"for that|any longer|after all))?|"
-    r"let it (?:be|go)|do nothing|end (?:it|the task|this)|terminate|shut (?:it )?down|switch off|"
+    r"let it (?:be|go)|do nothing|not (?:another|one more) (?:inch|step|move|centimeter|centimetre)|"
+    r"end (?:it|the task|this)|terminate|shut (?:it )?down|switch off|"
     r"turn (?:yourself )?off|stand down|emergency(?: stop)?|"
     r"watch out|look out|hands off|do not|no more(?: of (?:this|that))?|break it off|time out|kill it|"
     r"let go of that plan|break|"

@@ -22,7 +22,12 @@ _CONTRACTIONS = {
     "plz": "please", "ya": "you", "u": "you", "mom's": "mom is", "mum's": "mum is", "yep": "yes", "yeah": "yes",
     "yup": "yes", "yah": "yes", "nope": "no", "nah": "no", "ok": "okay", "k": "okay", "colour": "color",
     "colours": "colors", "coloured": "colored", "thx": "thanks", "ta": "thanks", "cheers": "thanks",
-    "anymore": "any more", "'til": "until", "till": "until", "nevermind": "never mind",
+    "tha": "you", "thou": "you", "thee": "you", "ye": "you", "yous": "you all", "yer": "your", "yon": "that",
+    "yonder": "that", "gie": "give", "gies": "give us", "oot": "out", "doon": "down", "fae": "from", "frae": "from",
+    "nae": "no", "didnae": "did not", "dinnae": "do not", "dinna": "do not", "cannae": "can not", "isnae": "is not",
+    "wasnae": "was not", "o'": "of", "wi'": "with", "an'": "and", "aye": "yes", "naw": "no", "summat": "something",
+    "owt": "anything", "nowt": "nothing", "haud": "hold", "gotten": "got", "outta": "out of", "offa": "off",
+    "tae": "to", "ma": "my", "anymore": "any more", "'til": "until", "till": "until", "nevermind": "never mind",
 }  # fmt: skip
 
 HESITATIONS = words(
@@ -30,7 +35,12 @@ HESITATIONS = words(
     "mhm-mhm err uhmm äh mm oh ooh aah aw"
 )
 
-_TOKEN = re.compile(r"[a-zäöüéèàç0-9]+(?:['’][a-z]+)*|['’][a-z]+|[.!?…]+|[,;:—–()\"]|\s-+\s", re.IGNORECASE)
+_G_DROPPED = re.compile(r"(?<=\w{2}in)['’](?!\w)")
+_THE_CUT_SHORT = re.compile(r"\bt['’](?=[a-z]{3})", re.IGNORECASE)
+_OUT_OF = re.compile(r"\b(out|oot) (?=(?:the|that|your|my|our) (?:\w+ )?(?:fridge|drawer|cupboard|cabinet|dishwasher)\b)")
+_TOKEN = re.compile(
+    r"\b(?:o|wi|an)['’](?!\w)|[a-zäöüéèàç0-9]+(?:['’][a-z]+)*|['’][a-z]+|[.!?…]+|[,;:—–()\"]|\s-+\s", re.IGNORECASE
+)
 
 
 @dataclass(frozen=True, slots=True)
@@ -48,7 +58,9 @@ class Token:
 def tokenize(text: str) -> list[Token]:
     """Words in lower case with contractions written out and hesitations left out; punctuation as "," and "."."""
     tokens: list[Token] = []
-    for match in _TOKEN.finditer(re.sub(r"(?<=\w)-(?=\w)", " ", text)):
+    text = _THE_CUT_SHORT.sub("the ", _G_DROPPED.sub("g", re.sub(r"(?<=\w)-(?=\w)", " ", text)))
+    text = _OUT_OF.sub(r"\1 of ", text)
+    for match in _TOKEN.finditer(text):
         piece = match[0]
         if not piece[0].isalnum() and piece[0] not in "'’":
             mark = "?" if "?" in piece else "." if piece[0] in ".!…" else ","
