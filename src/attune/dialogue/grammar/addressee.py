@@ -56,7 +56,7 @@ _THIRD_PERSON = re.compile(
 
 _REPORTS = re.compile(
     r"^(?:(?:and|so|but|then|well|the|my|our|his|her) )*(?!i |we |you |please |robot )\w+ (?:then |just )?(?:said|says|"
-    r"whispered|shouted|yelled|goes|replied|cried|screamed|sang|was like|is like) (?:, )?(?=\w+ )"
+    r"whispered|shouted|yelled|replied|cried|screamed|sang|was like|is like) (?:, )?(?=\w+ )"
 )
 
 

@@ -36,6 +36,7 @@ _MORE_TRUST = math.exp(4)
 """The same for other commands, which are said in plainer words."""
 _LITTLE_TRUST = math.exp(0.5)
 """The same when the rules found nothing."""
+_CALLED = 0.85
 _SURE = 0.9
 _NOTHING_FOUND = frozenset({"talk", "question", "fragment", "unknown_action", "unknown_object", "unclear"})
 _CERTAIN = frozenset({"stop", "style", "stated_age", "repeat", "dont_stop", "carry_on", "put_back", "deny"})
@@ -82,8 +83,9 @@ class GrammarInterpreter:
         if not any(token.text[0].isalnum() for token in tokens):
             return Interpretation(intent="backchannel", confidence=0.9, reason="no words")
         if is_for_someone_else(tokens, self._words_of(context)[0]):
-            return Interpretation(intent="talk", confidence=0.85, reason="somebody else is called")
-        meaning = self._by_rules(tokens, context)
+            meaning = Interpretation(intent="talk", confidence=_CALLED, reason="somebody else is called")
+        else:
+            meaning = self._by_rules(tokens, context)
         answers = context.pending_question and meaning.intent in COMMANDS
         return meaning if answers or meaning.intent in _CERTAIN else self._second_opinion(meaning, tokens, context)
 
@@ -100,7 +102,9 @@ class GrammarInterpreter:
         sentence, lexicon = self._sentence(tokens, context)
         found = meaning.intent if meaning.intent in COMMANDS else "other"
         judged = self._model.judge(sentence, context, lexicon)
-        trust = _LITTLE_TRUST if meaning.intent in _NOTHING_FOUND else _TRUST if found == "bring_me" else _MORE_TRUST
+        trust = _TRUST if found == "bring_me" else _MORE_TRUST
+        if meaning.intent in _NOTHING_FOUND and meaning.confidence < _CALLED:
+            trust = _LITTLE_TRUST
         command = max(COMMANDS, key=lambda name: judged[name] * (trust if name == found else 1.0))
         if command == found or (meaning.intent == "cancel_object" and command not in {"replace_object", "setting_breakfast"}):
             return meaning
