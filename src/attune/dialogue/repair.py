@@ -113,7 +113,12 @@ class Repairer:
         return await self._by_sound(words, names, meaning, context, interpreter)
 
     async def _by_sound(
-        self, words: list[str], names: frozenset[str], meaning: Interpretation, context: Context, interpreter: Interpreter
+        self,
+        words: list[str],
+        names: frozenset[str],
+        meaning: Interpretation,
+        context: Context,
+        interpreter: Interpreter,
     ) -> Interpretation:
         for index, word in enumerate(words):
             if word in self._known or word in _COMMON or word in names or len(word) < 3 or self._model.knows(word):

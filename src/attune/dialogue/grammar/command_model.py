@@ -1,9 +1,8 @@
 """A second opinion on what an utterance asks for: a log-linear model of the command, learnt from written sentences.
 
-The rules of the grammar miss unusual ways to ask ("my tea is ready but I have nothing to put it in, so a cup, please");
-they seldom take talk for a request. The model has seen some thousand sentences of the kitchen as skeletons, in which all
-objects look alike, and so it knows a request by its words whatever is asked for. `scripts/train_command_model.py` makes
-its weights.
+The rules of the grammar miss unusual ways to ask ("my tea is ready but I have nothing to put it in, so a cup, please").
+The model has seen some thousand sentences as skeletons, in which all objects look alike, and so it knows a request by
+its words whatever is asked for. `scripts/train_command_model.py` makes its weights.
 """
 
 import re
@@ -116,4 +115,3 @@ def _placeholder(word: str, sentence: Sentence) -> str:
     if re.fullmatch(r"P\d+", word):
         return f"PLACE{sentence.spots[int(word[1:])].role}"
     return word
-

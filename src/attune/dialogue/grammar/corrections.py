@@ -15,8 +15,8 @@ _STRONG = (
     r"apologies)"
 )
 _WEAK = (
-    r"(?:[,.?]|oh|ach|och|please|yes|just|well|hold on|hang on|let me see|let us see|i think|that is|what is it called|the|"
-    r"ah|or|so|"
+    r"(?:[,.?]|oh|ach|och|please|yes|just|well|hold on|hang on|let me see|let us see|i think|that is|what is it called|"
+    r"the|ah|or|so|"
     r"okay|god|dear|would be|maybe|now|a moment|hmm|say|like|you know|not|it|is|was|to be|of course|i want|i need|"
     r"i would like)"
 )

@@ -6,8 +6,8 @@ from attune.dialogue.grammar import frames
 from attune.dialogue.words import words
 
 NEGATIVE = re.compile(
-    r"(?:instead of|rather than|in place of|in lieu of|in exchange for|as opposed to|as (?:a |the )?(?:replacement|substitute|"
-    r"alternative) (?:for|to)|other than|"
+    r"(?:instead of|rather than|in place of|in lieu of|in exchange for|as opposed to|as (?:a |the )?(?:replacement|"
+    r"substitute|alternative) (?:for|to)|other than|"
     r"no longer (?:want|need|require)|(?<!why )(?:do|does|did|would|will|must|should|need) not (?:\w+ )??(?:want|"
     r"need|like|"
     r"bring|fetch|"
@@ -71,7 +71,10 @@ PRONOUN_OBJECT = re.compile(
 )
 OTHER_PLACE = re.compile(r"(?: ,)?(?: and)? (?:rather than|instead of|not) P\d+")
 SUBJECT = re.compile(r" (?:is|'s|has|was|will|would)\b")
-SHOWN = re.compile(r"(?:(?:no|but|oh|hey|sorry|well|,) )*(?:that|this|these|those|it) (?:is|are|'s) (?:just |only |a )?T(\d+)(?= *(?:[.,]|$))")
+SHOWN = re.compile(
+    r"(?:(?:no|but|oh|hey|sorry|well|,) )*(?:that|this|these|those|it) (?:is|are|'s) (?:just |only |a )?"
+    r"T(\d+)(?= *(?:[.,]|$))"
+)
 NEGATIVE_SPOT = re.compile(r"(?:instead of|rather than|in place of|\bnot|\bthan)$")
 FILLER = words(
     "please thanks thank you and also too as well now then okay ok robot for me us if possible would "

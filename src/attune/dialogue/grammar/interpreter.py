@@ -1,6 +1,5 @@
 """The embedded interpreter: a semantic parser for the kitchen. No network, no model, a few milliseconds."""
 
-import math
 import re
 from collections import OrderedDict
 from collections.abc import Sequence
@@ -13,13 +12,12 @@ from attune.dialogue.grammar.addressee import is_for_someone_else
 from attune.dialogue.grammar.answers import read_answer, read_question
 from attune.dialogue.grammar.breakfast import wants_breakfast
 from attune.dialogue.grammar.clauses import ClauseCutter, Sentence, skeleton
-from attune.dialogue.grammar.command_model import COMMANDS, load_command_model
 from attune.dialogue.grammar.corrections import settle
 from attune.dialogue.grammar.phrases import PhraseReader
 from attune.dialogue.grammar.references import fits, object_spoken_of
 from attune.dialogue.grammar.remarks import remark, status_question
 from attune.dialogue.grammar.requests import RequestReader, Wanted, same_request
-from attune.dialogue.grammar.second_reading import read_as
+from attune.dialogue.grammar.second_opinion import CERTAIN, INSTRUCTIONS, NOTHING_FOUND, SOMEBODY_CALLED, SecondOpinion
 from attune.dialogue.grammar.stopping import find_stop, without_denied_stops
 from attune.dialogue.grammar.tokens import Token, tokenize
 from attune.dialogue.interpreter import Interpretation
@@ -30,18 +28,6 @@ NOTHING_KNOWN = Context()
 _KEPT_LEXICONS = 32
 _LONGEST_FRAGMENT = 12
 _SHORT_OPENING = 5
-_TRUST = math.exp(2.5)
-"""How much likelier a command is when the rules found it; measured by cross-validation on unseen sentences."""
-_MORE_TRUST = math.exp(4)
-"""The same for other commands, which are said in plainer words."""
-_LITTLE_TRUST = math.exp(0.5)
-"""The same when the rules found nothing."""
-_CALLED = 0.85
-_SURE = 0.9
-_NOTHING_FOUND = frozenset({"talk", "question", "fragment", "unknown_action", "unknown_object", "unclear"})
-_CERTAIN = frozenset({"stop", "style", "stated_age", "repeat", "dont_stop", "carry_on", "put_back", "deny"})
-"""What the rules are not contradicted in."""
-_INSTRUCTIONS = frozenset({"bring_me", "replace_object", "change_location", "setting_breakfast"})
 _STOP_WORDS = words("stop halt freeze abort")
 _GIVES_UP = re.compile(r"(?:\w+ )*?(?:cancel|forget|scrap|scratch|never ?mind|drop|call)\b")
 _WAITS = re.compile(r"(?:\w+ )*?(?:wait|hold on|hang on)\b")
@@ -70,7 +56,7 @@ class GrammarInterpreter:
     def __init__(self, lexicon: Lexicon | None = None) -> None:
         self._lexicon = lexicon or load_lexicon()
         self._cutter = ClauseCutter(self._lexicon)
-        self._model = load_command_model()
+        self._judge = SecondOpinion(self._cutter)
         self._extended: OrderedDict[tuple[ObjectSpec, ...], tuple[Lexicon, PhraseReader]] = OrderedDict()
 
     async def interpret(self, text: str, context: Context) -> Interpretation:
@@ -83,11 +69,11 @@ class GrammarInterpreter:
         if not any(token.text[0].isalnum() for token in tokens):
             return Interpretation(intent="backchannel", confidence=0.9, reason="no words")
         if is_for_someone_else(tokens, self._words_of(context)[0]):
-            meaning = Interpretation(intent="talk", confidence=_CALLED, reason="somebody else is called")
+            meaning = Interpretation(intent="talk", confidence=SOMEBODY_CALLED, reason="somebody else is called")
         else:
             meaning = self._by_rules(tokens, context)
-        answers = context.pending_question and meaning.intent in COMMANDS
-        return meaning if answers or meaning.intent in _CERTAIN else self._second_opinion(meaning, tokens, context)
+        answers = context.pending_question and meaning.intent in INSTRUCTIONS
+        return meaning if answers or meaning.intent in CERTAIN else self._second_opinion(meaning, tokens, context)
 
     def sentence(self, text: str, context: Context = NOTHING_KNOWN) -> tuple[Sentence, Lexicon]:
         """An utterance as the skeleton that the command model judges, with the words of this situation."""
@@ -98,20 +84,9 @@ class GrammarInterpreter:
         return skeleton(reader.items(_without_names_of_robot(list(tokens), lexicon))), lexicon
 
     def _second_opinion(self, meaning: Interpretation, tokens: Sequence[Token], context: Context) -> Interpretation:
-        """Weigh what the rules found against the command model; the rules count as `_TRUST` says."""
         sentence, lexicon = self._sentence(tokens, context)
-        found = meaning.intent if meaning.intent in COMMANDS else "other"
-        judged = self._model.judge(sentence, context, lexicon)
-        trust = _TRUST if found == "bring_me" else _MORE_TRUST
-        if meaning.intent in _NOTHING_FOUND and meaning.confidence < _CALLED:
-            trust = _LITTLE_TRUST
-        command = max(COMMANDS, key=lambda name: judged[name] * (trust if name == found else 1.0))
-        if command == found or (meaning.intent == "cancel_object" and command not in {"replace_object", "setting_breakfast"}):
-            return meaning
-        settled, text, _ = settle(sentence, frames.without_asides(without_denied_stops(sentence.skeleton)[0]))
         said = _spoken_of(context, self._words_of(context)[1])
-        other = read_as(command, text, settled, context, lexicon, self._cutter, said, round(judged[command], 2))
-        return other or meaning
+        return self._judge.weighed(meaning, sentence, context, lexicon, said)
 
     def _by_rules(self, tokens: list[Token], context: Context) -> Interpretation:  # noqa: PLR0911 - one rule per return
         lexicon, reader = self._words_of(context)
@@ -123,18 +98,18 @@ class GrammarInterpreter:
         stop = find_stop(stopless)
         if stop is None:
             whole = self._meaning(plain, stopless, sentence, context, lexicon, reader, said)
-            if denied and whole.intent not in _INSTRUCTIONS:
+            if denied and whole.intent not in INSTRUCTIONS:
                 return Interpretation(intent="dont_stop", confidence=0.9, reason="asks not to stop")
             return whole
         start, end, words = stop
-        if words not in _STOP_WORDS and (called := re.match(r" , (\w+)(?= [,.]|$)", stopless[end:])):
-            if called[1] in (lexicon.names | lexicon.people) - lexicon.robot:
-                return Interpretation(intent="talk", confidence=0.85, reason="somebody else is called")
+        called = re.match(r" , (\w+)(?= [,.]|$)", stopless[end:])
+        if words not in _STOP_WORDS and called and called[1] in (lexicon.names | lexicon.people) - lexicon.robot:
+            return Interpretation(intent="talk", confidence=SOMEBODY_CALLED, reason="somebody else is called")
         after = stopless[end:].strip(" ,.?")
         if after and _WAITS.match(words) and re.search(r"\b[TP]\d+\b", stopless[:start]):
             # "put it on the table, no wait, on the counter"
             whole = self._meaning(plain, stopless, sentence, context, lexicon, reader, said)
-            if whole.intent in _INSTRUCTIONS:
+            if whole.intent in INSTRUCTIONS:
                 return whole
         given_up = re.findall(r"\bT\d+", stopless[start:end])
         if after and given_up:
@@ -142,26 +117,15 @@ class GrammarInterpreter:
         meaning = (
             self._meaning(after, after, sentence, context, lexicon, reader, said, fragment=True) if after else None
         )
-        if after and meaning and meaning.intent in _NOTHING_FOUND:
-            meaning = self._new_instruction(after, sentence, context, lexicon, said) or meaning
-        if meaning and (meaning.intent in _INSTRUCTIONS or meaning.intent in {"carry_on", "put_back"}):
+        if meaning and meaning.intent in NOTHING_FOUND:
+            meaning = self._judge.instruction(after, sentence, context, lexicon, said) or meaning
+        if meaning and (meaning.intent in INSTRUCTIONS or meaning.intent in {"carry_on", "put_back"}):
             if meaning.intent in {"bring_me", "replace_object", "change_location"} and meaning.confidence < 0.5:
                 return Interpretation(intent="stop", confidence=0.9, reason=f"says {words!r}")
             if _GIVES_UP.match(words) or _is_of_the_kind(meaning, context):
                 meaning = _instead(meaning, after, context, said)
             return replace(meaning, reason=f"{words!r}, then {meaning.reason}")
         return Interpretation(intent="stop", confidence=0.95, reason=f"says {words!r}")
-
-    def _new_instruction(
-        self, after: str, sentence: Sentence, context: Context, lexicon: Lexicon, said: tuple[ObjectSpec, ...]
-    ) -> Interpretation | None:
-        """What follows a stop, where the command model is sure that it is an instruction of its own."""
-        judged = self._model.judge(replace(sentence, skeleton=after), context, lexicon)
-        command = max(COMMANDS, key=lambda name: judged[name])
-        if command not in _INSTRUCTIONS or judged[command] < _SURE:
-            return None
-        settled, text, _ = settle(sentence, frames.without_asides(after))
-        return read_as(command, text, settled, context, lexicon, self._cutter, said, round(judged[command], 2))
 
     def objects_in(self, text: str) -> tuple[ObjectSpec, ...]:
         """The objects that a text names, whatever it says about them."""

@@ -210,11 +210,15 @@ class RequestReader:
         if pointing and self._wanted.add and not self._wanted.add[-1].location:
             place = self._spots[int(pointing[1])].place
             self._wanted.add = [replace(spec, location=spec.location or place) for spec in self._wanted.add]
-        shown = cues.SHOWN.match(text)
-        if shown and self._things[int(shown[1])].spec.type in {has.type for has in self._context.recent}:
-            self._given_back.append(self._things[int(shown[1])].spec)  # "that is salt, I need sugar"
+        self._shown(text)
         self._wanted.topics += specs.values()
         self._nouns += specs.values()
+
+    def _shown(self, text: str) -> None:
+        """Note what a person points out as wrong: "that is salt, I need sugar"."""
+        shown = cues.SHOWN.match(text)
+        if shown and self._things[int(shown[1])].spec.type in {has.type for has in self._context.recent}:
+            self._given_back.append(self._things[int(shown[1])].spec)
 
     def _objects(self, clause: Clause, kind: str) -> None:
         """A clause that asks: its things are wanted, its places say where from and where to."""
@@ -288,7 +292,11 @@ class RequestReader:
                 )
                 continue
             spot = self._spots[number]
-            if cues.SUBJECT.match(body[match.end() :]) and not spot.role and body.count(" P") + body.startswith("P") > 1:
+            if (
+                cues.SUBJECT.match(body[match.end() :])
+                and not spot.role
+                and body.count(" P") + body.startswith("P") > 1
+            ):
                 continue  # "to the counter, the table is full"
             if cues.NEGATIVE_SPOT.search(body[: match.start()].rstrip()):
                 wanted.moves = wanted.moves or bool(wanted.destination) or not numbers

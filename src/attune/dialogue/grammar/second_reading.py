@@ -16,93 +16,116 @@ from attune.dialogue.lexicon import Lexicon
 
 _REASON = "the whole sentence sounds like it"
 _USED_FOR = re.compile(
-    r"\b(?:to (?:eat|drink|cut|spread|put|pour|stir|butter|slice|have|go) (?:\w+ )??|for (?:my |the |our )?|with my )T\d+"
+    r"\b(?:to (?:eat|drink|cut|spread|put|pour|stir|butter|slice|have|go) (?:\w+ )??|"
+    r"for (?:my |the |our )?|with my )T\d+"
 )
 _PUT_THERE = re.compile(r"(?:,|\b(?:go|put|place|set|leave|be|have|it|them|stand|sit))$")
+_PLACE_OF_ITS_OWN = re.compile(r"(?<!T\d )(?<!T\d\d )\bP(\d+)\b")
 
 
-def read_as(
-    command: CommandIntent, text: str, sentence: Sentence, context: Context, lexicon: Lexicon, cutter: ClauseCutter,
-    said: Sequence[ObjectSpec], confidence: float,
-) -> Interpretation | None:  # fmt: skip
-    """What a skeleton means, given its command.
+class SecondReading:
+    """Reads one utterance. Make a new one for each.
 
     Args:
-        text: The skeleton with its corrections settled; `sentence` holds its things and places.
-
-    Returns:
-        None when it names nothing that the command needs.
+        text: The skeleton with its corrections settled.
+        sentence: The things and places in it.
+        context: The situation.
+        lexicon: The words of this situation.
+        said: What the robot spoke of last.
     """
-    if command == "other":
-        return Interpretation(intent="talk", confidence=confidence, reason="the whole sentence sounds like no request")
-    if command in {"stop", "setting_breakfast"}:
-        return Interpretation(intent=command, confidence=confidence, reason=_REASON)
-    negative, _ = refused(cutter.cut(text), sentence.things, sentence.spots, context)
-    if command == "change_location":
+
+    def __init__(
+        self, text: str, sentence: Sentence, context: Context, lexicon: Lexicon, said: Sequence[ObjectSpec]
+    ) -> None:
+        self._text = text
+        self._sentence = sentence
+        self._context = context
+        self._lexicon = lexicon
+        self._said = said
+
+    def read_as(self, command: CommandIntent, cutter: ClauseCutter, confidence: float) -> Interpretation | None:
+        """What it means, given its command; None when it names nothing that the command needs.
+
+        Args:
+            command: The command.
+            cutter: Cuts the skeleton into clauses.
+            confidence: How sure the command is, 0 to 1.
+        """
+        confidence = round(confidence, 2)
+        if command == "other":
+            reason = "the whole sentence sounds like no request"
+            return Interpretation(intent="talk", confidence=confidence, reason=reason)
+        if command in {"stop", "setting_breakfast"}:
+            return Interpretation(intent=command, confidence=confidence, reason=_REASON)
+        if command == "change_location":
+            return self._moved(confidence)
+        unwanted, _ = refused(cutter.cut(self._text), self._sentence.things, self._sentence.spots, self._context)
+        if command == "replace_object":
+            unwanted |= self._brought_already(unwanted)
+        wanted = self._asked_for(unwanted)
+        if not wanted.add:
+            return None
+        replacing = command == "replace_object"
+        return Interpretation(
+            intent=command, add=tuple(wanted.add), definite=tuple(wanted.definite),
+            remove=self._replaced(wanted, unwanted) if replacing else (),
+            destination="" if replacing else wanted.destination, confidence=confidence, reason=_REASON,
+        )  # fmt: skip
+
+    def _moved(self, confidence: float) -> Interpretation | None:
+        spots = self._sentence.spots
         places = [
-            sentence.spots[int(match[1])].place
-            for match in re.finditer(r"\bP(\d+)\b", text)
-            if sentence.spots[int(match[1])].role != "from" and not cues.NEGATIVE_SPOT.search(text[: match.start()].rstrip())
+            spots[int(match[1])].place
+            for match in re.finditer(r"\bP(\d+)\b", self._text)
+            if spots[int(match[1])].role != "from"
+            and not cues.NEGATIVE_SPOT.search(self._text[: match.start()].rstrip())
         ]
         if not places:
             return None
-        return Interpretation(
-            intent="change_location", destination=places[-1], confidence=confidence, reason=_REASON
-        )
-    if command == "replace_object":
-        negative |= _brought_already(text, sentence, context, negative)
-    wanted = _asked_for(_without_uses(text), negative, sentence, context, lexicon, said)
-    if not wanted.add:
-        return None
-    if command == "bring_me":
-        return Interpretation(
-            intent="bring_me", add=tuple(wanted.add), definite=tuple(wanted.definite), destination=wanted.destination,
-            confidence=confidence, reason=_REASON,
-        )  # fmt: skip
-    named = [sentence.things[number].spec for number in sorted(negative) if sentence.things[number].head == "noun"]
-    old = object_spoken_of(context, wanted.add[0], said)
-    remove = tuple(named) or ((old,) if old else ())
-    return Interpretation(
-        intent="replace_object", add=tuple(wanted.add), remove=tuple(spec for spec in remove if spec not in wanted.add),
-        confidence=confidence, reason=_REASON,
-    )  # fmt: skip
+        return Interpretation(intent="change_location", destination=places[-1], confidence=confidence, reason=_REASON)
 
+    def _brought_already(self, unwanted: set[int]) -> set[int]:
+        """Of several things, those that the robot is about: "you brought me a mug, and what I wanted is a bowl"."""
+        numbers = {int(number) for number in re.findall(r"\bT(\d+)", self._text)} - unwanted
+        specs = {number: self._sentence.things[number].spec for number in numbers}
+        about = self._context.recent
+        of_a_type = {number for number, spec in specs.items() if spec.type in {has.type for has in about}}
+        described = {
+            number
+            for number, spec in specs.items()
+            if (spec.color or spec.size)
+            and any(is_described_by(replace(spec, type="", location=""), has) for has in about)
+        }
+        return next((old for old in (of_a_type, described) if 0 < len(old) < len(numbers)), set())
 
-def _without_uses(text: str) -> str:
-    """Leave out what a thing is for, unless nothing else is named: "something to drink my milk from, a glass"."""
-    shorter = _USED_FOR.sub("", text)
-    return shorter if re.search(r"\bT\d", shorter) else text
+    def _replaced(self, wanted: Wanted, unwanted: set[int]) -> tuple[ObjectSpec, ...]:
+        things = [self._sentence.things[number] for number in sorted(unwanted)]
+        named = tuple(thing.spec for thing in things if thing.head == "noun")
+        old = object_spoken_of(self._context, wanted.add[0], self._said)
+        return tuple(spec for spec in named or ((old,) if old else ()) if spec not in wanted.add)
 
+    def _asked_for(self, unwanted: set[int]) -> Wanted:
+        """All other things of the skeleton, as if they had been asked for in plain words."""
+        text, destination = self._without_destination(self._without_uses())
+        parts = [
+            "," if part in {".", "?"} else part
+            for part in re.findall(r"\b[TP]\d+\b|\band\b|[,.?]", text)
+            if part[0] != "T" or int(part[1:]) not in unwanted
+        ]
+        clause = Clause("fetch", "bring", True, "", " ".join(parts).strip(" ,"), 0)
+        wanted = RequestReader(self._sentence, self._context, self._lexicon, self._said).read([clause])
+        wanted.destination = wanted.destination or destination
+        return wanted
 
-def _brought_already(text: str, sentence: Sentence, context: Context, negative: set[int]) -> set[int]:
-    """Of several things, those that the robot is about: "you brought me a mug, and what I wanted is a bowl"."""
-    numbers = [int(number) for number in re.findall(r"\bT(\d+)", text) if int(number) not in negative]
-    specs = {number: sentence.things[number].spec for number in numbers}
-    by_type = {n for n, spec in specs.items() if spec.type in {has.type for has in context.recent}}
-    described = {
-        n for n, spec in specs.items()
-        if (spec.color or spec.size) and any(is_described_by(replace(spec, type="", location=""), has) for has in context.recent)
-    }  # fmt: skip
-    for old in (by_type, described):
-        if 0 < len(old) < len(numbers):
-            return old
-    return set()
+    def _without_uses(self) -> str:
+        """Leave out what a thing is for, unless nothing else is named: "something to drink my milk from, a glass"."""
+        shorter = _USED_FOR.sub("", self._text)
+        return shorter if re.search(r"\bT\d", shorter) else self._text
 
-
-def _asked_for(
-    text: str, negative: set[int], sentence: Sentence, context: Context, lexicon: Lexicon, said: Sequence[ObjectSpec]
-) -> Wanted:
-    """All things of a skeleton but the refused ones, as if they had been asked for in plain words."""
-    put_there = ""
-    for match in re.finditer(r"(?<!T\d )(?<!T\d\d )\bP(\d+)\b", text):
-        spot = sentence.spots[int(match[1])]
-        if spot.role == "at" and _PUT_THERE.search(text[: match.start()].rstrip()):
-            put_there = spot.place
-            text = f"{text[: match.start()]}{text[match.end() :]}"
-            break
-    parts = [part for part in re.findall(r"\b[TP]\d+\b|\band\b|[,.?]", text) if part[0] != "T" or int(part[1:]) not in negative]
-    body = " ".join("," if part in {".", "?"} else part for part in parts).strip(" ,")
-    clause = Clause("fetch", "bring", True, "", body, 0)
-    wanted = RequestReader(sentence, context, lexicon, said).read([clause])
-    wanted.destination = wanted.destination or put_there
-    return wanted
+    def _without_destination(self, text: str) -> tuple[str, str]:
+        """Take out a place that does not follow its thing at once: "the cereal, and it can go on the counter"."""
+        for match in _PLACE_OF_ITS_OWN.finditer(text):
+            spot = self._sentence.spots[int(match[1])]
+            if spot.role == "at" and _PUT_THERE.search(text[: match.start()].rstrip()):
+                return f"{text[: match.start()]}{text[match.end() :]}", spot.place
+        return text, ""

@@ -37,7 +37,9 @@ HESITATIONS = words(
 
 _G_DROPPED = re.compile(r"(?<=\w{2}in)['’](?!\w)")
 _THE_CUT_SHORT = re.compile(r"\bt['’](?=[a-z]{3})", re.IGNORECASE)
-_OUT_OF = re.compile(r"\b(out|oot) (?=(?:the|that|your|my|our) (?:\w+ )?(?:fridge|drawer|cupboard|cabinet|dishwasher)\b)")
+_OUT_OF = re.compile(
+    r"\b(out|oot) (?=(?:the|that|your|my|our) (?:\w+ )?(?:fridge|drawer|cupboard|cabinet|dishwasher)\b)"
+)
 _TOKEN = re.compile(
     r"\b(?:o|wi|an)['’](?!\w)|[a-zäöüéèàç0-9]+(?:['’][a-z]+)*|['’][a-z]+|[.!?…]+|[,;:—–()\"]|\s-+\s", re.IGNORECASE
 )
