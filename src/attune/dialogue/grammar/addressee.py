@@ -44,7 +44,7 @@ _KNOWN_OPENERS = words(
     "since because as after before until once fetch bring get"
 )
 _AUX = words("can could would will did do have are")
-_ORDERS = words("bring get fetch pass hand give put take grab stop wait leave find set lay make")
+_ORDERS = words("bring get fetch pass hand give put take grab leave find set lay make")
 _MODALS = words("can could would will")
 _ORDERS_TO_HAND = words("bring get fetch pass hand give put take grab")
 _AFTER_ORDER = words("me us the that those these this your my our it them a some him her")

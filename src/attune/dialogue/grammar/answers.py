@@ -154,7 +154,13 @@ def read_answer(text: str, sentence: Sentence, question: Question, context: Cont
         return _chosen((options[_ORDINALS[ordinal["n"]]],))
     if plain and _BOTH.search(text) and len(options) > 1 and len(text.split()) <= 6:
         return _chosen(options)
-    if _ANY.search(text) and len(text.split()) <= 10 and not _names_something_else(text, sentence, options):
+    denied = re.search(r"\b(?:not|no|never)\b", text)
+    if (
+        _ANY.search(text)
+        and not denied
+        and len(text.split()) <= 10
+        and not _names_something_else(text, sentence, options)
+    ):
         return _chosen(options[:1])
     refused = re.fullmatch(r"(?:no |, |well )*not T(\d+)(?: please| ,)*", text)
     if refused and len(options) == _TWO:

@@ -17,6 +17,10 @@ _ASKED_BEFORE = re.compile(
     r"(?: (?:me|us|him|her|them))?(?: (?:whether|if|that))*$"
 )
 _ASKS_YOU = re.compile(r"\b(?:can|could|would|will) you(?: please| also| to| maybe)*$|(?:^|[.,] )please(?: to)?$")
+_OWN_WISH = re.compile(
+    r"\b(?:i|we|let me|let us)(?: would(?: \w+)?| want| need| will| could| wish)?(?: like| love| prefer)?(?: to)?$"
+)
+_PAIR = re.compile(r" (?:out )?T\d+(?: \w+)? (?:for|with|against|to|by|into) T\d+")
 _REPORTED = re.compile(r"\b(?:says?|said|told|tells?|asked|asks|wants?|recipe|he|she|they) .*\bto\b")
 
 
@@ -174,6 +178,8 @@ class ClauseCutter:
             rf" (?:{frames.T}|{frames.P}|{frames.PRONOUN}\b|from\b|over\b)", text[match.end() :]
         ):
             return None
+        if kind == "swap" and _OWN_WISH.search(lead) and _PAIR.match(text[match.end() :]):
+            return _Head(kind, match.start(), match.start(), match.end(), True)
         frame = frames.FRAME.search(lead)
         if frame and _ASKED_BEFORE.search(lead[: frame.start()].rstrip()):
             return None

@@ -29,6 +29,10 @@ SWAP_PAIR = re.compile(
     rf"^(?:(?:over )?from )?(?P<old>T\d+|{frames.PRONOUN}|P\d+)(?: (?:please|back|out|,))* "
     r"(?:for|with|against|by|to|into|and|in for|over to)(?: (?:please|just|,))* (?P<new>T\d+)"
 )
+SWAPPED_PAIR = re.compile(
+    r"\bT(?P<old>\d+)(?: (?:to be|be|being|should be|needs to be|must be|can be))? "
+    r"(?:replaced|exchanged|swapped|switched|changed|traded) (?:out )?(?:with|for|by|to|against|into) T(?P<new>\d+)"
+)
 ONLY_CHANGE = re.compile(
     rf"^(?:(?:please|no|,) )*P\d+ (?:please )?{frames.PRONOUN}(?: things| stuff)?(?: please)?[ .,]*$|"
     rf"\b(?:want|need|like|rather|prefer|have|love|put)\b.*?\b(?:have )?{frames.PRONOUN}(?: \w+)? P\d+|"

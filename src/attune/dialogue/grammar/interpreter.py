@@ -119,6 +119,8 @@ class GrammarInterpreter:
         )
         if meaning and meaning.intent in NOTHING_FOUND:
             meaning = self._judge.instruction(after, sentence, context, lexicon, said) or meaning
+        if meaning and self._judge.is_no_request(after, sentence, context, lexicon):
+            meaning = None  # "leave it, I've found one"
         if meaning and (meaning.intent in INSTRUCTIONS or meaning.intent in {"carry_on", "put_back"}):
             if meaning.intent in {"bring_me", "replace_object", "change_location"} and meaning.confidence < 0.5:
                 return Interpretation(intent="stop", confidence=0.9, reason=f"says {words!r}")

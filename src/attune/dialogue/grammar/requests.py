@@ -72,7 +72,7 @@ class RequestReader:
 
     def _clause(self, clause: Clause, asks: bool) -> None:
         wanted = self._wanted
-        if clause.kind == "swap" and self._swap(clause):
+        if (clause.kind == "swap" and self._swap(clause)) or self._swapped(clause.text):
             return
         kind = self._drop(clause) if clause.kind == "drop" else clause.kind
         if kind == "drop":
@@ -138,6 +138,19 @@ class RequestReader:
         self._add(int(new[1:]), clause)
         self._places(f"{new}{clause.body[pair.end() :]}", "put", clause)
         return True
+
+    def _swapped(self, text: str) -> bool:
+        """Read "my cup replaced with a mug"."""
+        pair = cues.SWAPPED_PAIR.search(text)
+        if pair is None or frames.QUESTION.match(text) or self._things[int(pair["old"])].head != "noun":
+            return False
+        old, new = int(pair["old"]), int(pair["new"])
+        self._wanted.contrast = self._wanted.asked = True
+        self._negative.discard(new)
+        self._negative.add(old)
+        self._remove(old)
+        self._nouns.append(self._things[old].spec)
+        return self._add(new, Clause("swap", "swap", True, "", text, 0))
 
     def _is_bare(self, text: str, asks: bool) -> bool:  # noqa: PLR0911 - one rule per return
         """Whether a clause has only things, places and words that say nothing more."""

@@ -16,7 +16,21 @@ from attune.dialogue.interpreter import Interpretation
 from attune.dialogue.lexicon import Lexicon
 
 INSTRUCTIONS = frozenset({"bring_me", "replace_object", "change_location", "setting_breakfast"})
-CERTAIN = frozenset({"stop", "style", "stated_age", "repeat", "dont_stop", "carry_on", "put_back", "deny"})
+CERTAIN = frozenset(
+    {
+        "stop",
+        "thanks",
+        "greeting",
+        "backchannel",
+        "style",
+        "stated_age",
+        "repeat",
+        "dont_stop",
+        "carry_on",
+        "put_back",
+        "deny",
+    }
+)
 """What the rules are not contradicted in."""
 NOTHING_FOUND = frozenset({"talk", "question", "fragment", "unknown_action", "unknown_object", "unclear"})
 SOMEBODY_CALLED = 0.85
@@ -26,6 +40,8 @@ SOMEBODY_CALLED = 0.85
 _TRUST_IN_BRING_ME = math.exp(2.5)
 _TRUST_IN_OTHERS = math.exp(4)
 _TRUST_IN_NOTHING = math.exp(0.5)
+_MISSING_A_STOP_IS_WORSE = 1.5
+_LIKELY = 0.4
 _SURE = 0.9
 
 
@@ -55,13 +71,20 @@ class SecondOpinion:
         """
         found = meaning.intent if meaning.intent in COMMANDS else "other"
         judged = self._model.judge(sentence, context, lexicon)
-        command = max(COMMANDS, key=lambda name: judged[name] * (_trust(meaning) if name == found else 1.0))
+        trust = _trust(meaning)
+        command = max(COMMANDS, key=lambda name: judged[name] * (trust if name == found else 1.0))
+        if found == "other" and judged["stop"] > max(judged[command] / _MISSING_A_STOP_IS_WORSE, _LIKELY):
+            command = "stop"
         if command == found or (meaning.intent == "cancel_object" and command not in _MORE_THAN_CANCELLING):
             return meaning
         text = without_denied_stops(sentence.skeleton)[0]
         settled, text, _ = settle(sentence, frames.without_asides(text))
         reading = SecondReading(text, settled, context, lexicon, said)
         return reading.read_as(command, self._cutter, judged[command]) or meaning
+
+    def is_no_request(self, after: str, sentence: Sentence, context: Context, lexicon: Lexicon) -> bool:
+        """Whether what follows a stop only explains it, as far as the model is sure."""
+        return self._model.judge(replace(sentence, skeleton=after), context, lexicon)["other"] > _SURE
 
     def instruction(
         self, after: str, sentence: Sentence, context: Context, lexicon: Lexicon, said: Sequence[ObjectSpec]

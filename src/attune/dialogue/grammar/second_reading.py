@@ -112,7 +112,7 @@ class SecondReading:
             for part in re.findall(r"\b[TP]\d+\b|\band\b|[,.?]", text)
             if part[0] != "T" or int(part[1:]) not in unwanted
         ]
-        clause = Clause("fetch", "bring", True, "", " ".join(parts).strip(" ,"), 0)
+        clause = Clause("wish", "want", True, "", " ".join(parts).strip(" ,"), 0)
         wanted = RequestReader(self._sentence, self._context, self._lexicon, self._said).read([clause])
         wanted.destination = wanted.destination or destination
         return wanted

@@ -32,6 +32,7 @@ _GERUNDS = (
     r"grabbing|taking|putting|making|preparing|setting|delivering|rolling|turning|placing|opening|picking|everything|"
     r"being|trying|messing|touching)"
 )
+_STAND_STILL = re.compile(r"(?:^|(?<=[.,?] )|(?<=robot ))(?:stand|stay|hold|keep) still\b|^do not move\b")
 STOP_WORD = re.compile(r"\b(?:stop|halt|freeze|abort|cease|whoa|woah|stopp|desist|discontinue)\b")
 _STOP_EXCLUDED_BEFORE = re.compile(
     r"(?:\b(?:bus|tram|train|next|last|full|pit|non|a|the|this|my|our|first|truck|whistle|metro|subway|rest|"
@@ -80,14 +81,15 @@ _ALL_OF_IT = (
 )
 _GIVE_UP = re.compile(
     rf"{_BEFORE}(?:(?:can|could|would|will) (?:you|we) |please |just |let us |you can |you may |"
-    rf"you might as well |oh |i want you to |i would say )*(?:"
+    rf"you might as well |oh |i (?:want|need|would like) you to |i would say )*(?:"
     rf"never ?mind(?: (?:about )?{_ALL_OF_IT}| (?:that )?then| after all)(?! T\d)|never ?mind(?! (?:the|about|T\d)\b)|"
     rf"(?:forget|cancel|scrap|drop|scratch|skip|abandon|leave off|give up(?: on)?)(?: about)? {_ALL_OF_IT}(?: all)?|"
     r"cancel|"
     r"leave it(?: (?:be|alone|there|now|then|for now|at that|please|all))?|leave (?:that|this|"
     r"everything)(?: (?:be|alone))?|leave (?:off|be)|"
     r"call (?:it|that|this|the whole thing|everything|the thing) off|call it off|"
-    r"knock it off|cut it out|cut that out|give it a rest|give (?:it )?up|quit(?: it| that)?|pack it in|"
+    r"knock it off|cut it out|cut that out|give it a rest|give (?:it )?up|quit(?: it| that)?|"
+    rf"quit {_ALL_OF_IT}|pack it in|"
     r"(?:okay )?(?:that is|that will be|that has been|it is|i have had|this is)? ?(?:quite |more than |"
     r"really )?enough(?: (?:now|already|for now|for today|of (?:this|that|it)))*|"
     r"that will do(?: now)?|(?:do not|stop) (?:you )?(?:dare )?mov(?:e|ing)(?: a muscle| any further| at all|"
@@ -101,7 +103,8 @@ _GIVE_UP = re.compile(
     r"after all|at all|from you))*|"
     r"i (?:do not|no longer) want you to (?:do that|do it|continue|bring .*|go on)|no need(?: (?:any more|"
     r"for that|any longer|after all))?|"
-    r"let it (?:be|go)|do nothing|not (?:another|one more) (?:inch|step|move|centimeter|centimetre)|"
+    r"let it (?:be|go)|do nothing|"
+    r"(?:do not (?:take|go|make|move) |not )(?:another|one more) (?:inch|step|move|meter|centimeter|centimetre)|"
     r"end (?:it|the task|this)|terminate|shut (?:it )?down|switch off|"
     r"turn (?:yourself )?off|stand down|emergency(?: stop)?|"
     r"watch out|look out|hands off|do not|no more(?: of (?:this|that))?|break it off|time out|kill it|"
@@ -128,11 +131,11 @@ def find_stop(skeleton: str) -> tuple[int, int, str] | None:
         if match[0] == "stop" and (_STOP_EXCLUDED_BEFORE.search(before) or _STOP_EXCLUDED_AFTER.match(after)):
             continue
         if match[0] in {"freeze", "halt", "abort"} and re.search(
-            r"\b(?:the|a|to|not|will|would|i|we|it|they)$", before
+            r"\b(?:the|a|(?<!you )to|not|will|would|i|we|it|they)$", before
         ):
             continue
         return match.start(), _end_of_stop(skeleton, match.end()), match[0]
-    for pattern in (_GIVE_UP, _WAIT):
+    for pattern in (_GIVE_UP, _WAIT, _STAND_STILL):
         found = pattern.search(skeleton)
         if found:
             return found.start(), found.end(), found[0].strip()

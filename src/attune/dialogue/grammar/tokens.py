@@ -25,7 +25,8 @@ _CONTRACTIONS = {
     "tha": "you", "thou": "you", "thee": "you", "ye": "you", "yous": "you all", "yer": "your", "yon": "that",
     "yonder": "that", "gie": "give", "gies": "give us", "oot": "out", "doon": "down", "fae": "from", "frae": "from",
     "nae": "no", "didnae": "did not", "dinnae": "do not", "dinna": "do not", "cannae": "can not", "isnae": "is not",
-    "wasnae": "was not", "o'": "of", "wi'": "with", "an'": "and", "aye": "yes", "naw": "no", "summat": "something",
+    "wasnae": "was not", "o'": "of", "hol'": "hold",
+    "wi'": "with", "an'": "and", "aye": "yes", "naw": "no", "summat": "something",
     "owt": "anything", "nowt": "nothing", "haud": "hold", "gotten": "got", "outta": "out of", "offa": "off",
     "tae": "to", "ma": "my", "anymore": "any more", "'til": "until", "till": "until", "nevermind": "never mind",
 }  # fmt: skip
@@ -41,7 +42,7 @@ _OUT_OF = re.compile(
     r"\b(out|oot) (?=(?:the|that|your|my|our) (?:\w+ )?(?:fridge|drawer|cupboard|cabinet|dishwasher)\b)"
 )
 _TOKEN = re.compile(
-    r"\b(?:o|wi|an)['’](?!\w)|[a-zäöüéèàç0-9]+(?:['’][a-z]+)*|['’][a-z]+|[.!?…]+|[,;:—–()\"]|\s-+\s", re.IGNORECASE
+    r"\b(?:o|wi|an|hol)['’](?!\w)|[a-zäöüéèàç0-9]+(?:['’][a-z]+)*|['’][a-z]+|[.!?…]+|[,;:—–()\"]|\s-+\s", re.IGNORECASE
 )
 
 
