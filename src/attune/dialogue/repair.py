@@ -81,6 +81,7 @@ class Repairer:
         )
         self._canonical = frozenset(lexicon.values("type")) | frozenset(lexicon.values("color"))
         self._model = load_command_model()
+        self._people = lexicon.names | lexicon.people
         self._known = frozenset(word for words in lexicon.phrases for word in words)
 
     async def repaired(
@@ -109,7 +110,7 @@ class Repairer:
                 return replace(
                     other, confidence=other.confidence * 0.9, reason=f"another reading of the sound: {other.reason}"
                 )
-        names = frozenset(token.text for token in tokens if token.capital)
+        names = self._people | {token.text for token in tokens if token.capital}
         return await self._by_sound(words, names, meaning, context, interpreter)
 
     async def _by_sound(

@@ -54,6 +54,10 @@ _THIRD_PERSON = re.compile(
 )
 
 
+_TELLS_WHAT_SOMEBODY_SAYS = re.compile(
+    r"^(?:(?!(?:i|we|you|robot|please)\b)[\w']+ ){1,5}?(?:said|says|would say|roared|whispered|shouted|yelled|cried|"
+    r"goes|told (?:me|him|her|us|them)) (?:, |to |that )?(?:please )?(?:bring|fetch|get|give|pass|put|hand|take)\b"
+)
 _REPORTS = re.compile(
     r"^(?:(?:and|so|but|then|well|the|my|our|his|her) )*(?!i |we |you |please |robot )\w+ (?:then |just )?(?:said|says|"
     r"whispered|shouted|yelled|replied|cried|screamed|sang|was like|is like) (?:, )?(?=\w+ )"
@@ -77,6 +81,8 @@ def is_for_someone_else(tokens: Sequence[Token], lexicon: Lexicon) -> bool:
             # "anna is here" speaks about her, "anna did you ..." to her; neither is for the robot.
             return True
     if _calls_a_stranger(tokens, words, at, lexicon) or _REPORTS.match(" ".join(words)):
+        return True
+    if _TELLS_WHAT_SOMEBODY_SAYS.match(" ".join(words)):
         return True
     end = len(words)
     while end and words[end - 1] in {".", "?", "please", "thanks"}:

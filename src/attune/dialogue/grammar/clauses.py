@@ -20,6 +20,7 @@ _ASKS_YOU = re.compile(r"\b(?:can|could|would|will) you(?: please| also| to| may
 _OWN_WISH = re.compile(
     r"\b(?:i|we|let me|let us)(?: would(?: \w+)?| want| need| will| could| wish)?(?: like| love| prefer)?(?: to)?$"
 )
+_HE_DOES = re.compile(r"(?:(?:and|then|so|well|yesterday|,) )*(?:he|she|they) (?!wants?\b|needs?\b|would like)\w+")
 _PAIR = re.compile(r" (?:out )?T\d+(?: \w+)? (?:for|with|against|to|by|into) T\d+")
 _REPORTED = re.compile(r"\b(?:says?|said|told|tells?|asked|asks|wants?|recipe|he|she|they) .*\bto\b")
 
@@ -188,7 +189,7 @@ class ClauseCutter:
         before = lead.split()
         last = before[-1] if before else ","
         reported = _REPORTED.search(lead) is not None
-        if last in {"and", "then"} and self._tells(lead):
+        if last in {"and", "then"} and (self._tells(lead) or _HE_DOES.match(lead)):
             return None
         if last in {"and", "then"} and len(before) > 1 and not reported and frames.QUESTION.match(lead) is None:
             return _Head(kind, match.start(), match.start(), match.end(), False)

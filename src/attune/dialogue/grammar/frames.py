@@ -90,7 +90,7 @@ _WANT = (
     r"would rather|would sooner have|wouldn't mind|would not mind|would not say no to|like|"
     r"(?:would|should|could|might|do|did)(?: very much| really| quite| rather| so| sure| surely| certainly)* "
     r"(?:fancy|enjoy|welcome|want|need|prefer|use|do with|mean|ask for|say|order)|"
-    r"(?:will|shall|am going to) be (?:wanting|needing|having)|am going to (?:want|have|take)|"
+    r"(?:will|shall|am going to) be (?:wanting|needing|having)|am going to (?:want|have)|"
     r"have (?:got )?a (?:\w+ )?(?:mind|craving|hankering|longing|taste|fancy|yen) for|"
     r"meant|said|asked for|ordered|had asked for|was asking for|had ordered)"
 )

@@ -1,6 +1,7 @@
 """Weighs what the rules found against the command model, which has learnt from some thousand sentences."""
 
 import math
+import re
 from collections.abc import Sequence
 from dataclasses import replace
 
@@ -39,10 +40,13 @@ SOMEBODY_CALLED = 0.85
 # How much likelier a command is when the rules found it; measured by cross-validation on unseen sentences.
 _TRUST_IN_BRING_ME = math.exp(2.5)
 _TRUST_IN_OTHERS = math.exp(4)
-_TRUST_IN_NOTHING = math.exp(0.5)
+_TRUST_IN_NOTHING = math.exp(1)
 _MISSING_A_STOP_IS_WORSE = 1.5
 _LIKELY = 0.4
+_LIKELIER_THAN_NOT = 0.5
 _SURE = 0.9
+_EXPLAINS = re.compile(r"\b(?:i|we) have (?:already )?(?:found|got) T\d+$")
+_ABOUT_MEMORY = re.compile(r"\b(?:forget|remember|erase|delete) (?:about )?(?:me|my name|who i am|everything about)\b")
 
 
 class SecondOpinion:
@@ -69,6 +73,8 @@ class SecondOpinion:
             lexicon: The words of this situation.
             said: What the robot spoke of last.
         """
+        if _ABOUT_MEMORY.search(sentence.skeleton):
+            return meaning
         found = meaning.intent if meaning.intent in COMMANDS else "other"
         judged = self._model.judge(sentence, context, lexicon)
         trust = _trust(meaning)
@@ -84,7 +90,9 @@ class SecondOpinion:
 
     def is_no_request(self, after: str, sentence: Sentence, context: Context, lexicon: Lexicon) -> bool:
         """Whether what follows a stop only explains it, as far as the model is sure."""
-        return self._model.judge(replace(sentence, skeleton=after), context, lexicon)["other"] > _SURE
+        if _EXPLAINS.search(after):
+            return True
+        return self._model.judge(replace(sentence, skeleton=after), context, lexicon)["other"] > _LIKELIER_THAN_NOT
 
     def instruction(
         self, after: str, sentence: Sentence, context: Context, lexicon: Lexicon, said: Sequence[ObjectSpec]
