@@ -94,6 +94,7 @@ class Skills:
         act: Part[T],
         place: str,
         *,
+        what: str = "",
         keep_open: str | None = "",
         skip: int = 0,
     ) -> Part[T]:
@@ -104,6 +105,7 @@ class Skills:
             target: What is to be reached.
             act: What to do there.
             place: The kind of place it is at.
+            what: Is to be reached, for the failure; the part's name when not given.
             keep_open: The container that must stay open. Others are closed before if the hands are free, for that is
                 hard with full ones; else only if they are in the way. None leaves all as they are.
             skip: So many of the best poses come last.
@@ -124,7 +126,7 @@ class Skills:
             if not poses and keep_open is not None and self._to_close({keep_open}):
                 await node.do(self._close_all({keep_open}))
                 poses = await self.robot.base_poses(target)
-            failure: RobotFailure = Unreachable(name, "there is no pose for the base")
+            failure: RobotFailure = Unreachable(what or name, "there is nowhere to stand for it")
             tried: list[BasePose] = []
             while True:
                 pose = next((pose for pose in (*poses[skip:], *poses[:skip]) if _is_new(pose, tried)), None)
@@ -236,7 +238,13 @@ class Skills:
             for view in range(VIEWS):  # From another side, what was hidden may be seen.
                 there = Part("look", look)
                 part = self.at_base_pose(
-                    "look there", target, there, surface.place, keep_open=container, skip=min(view, 1)
+                    "look there",
+                    target,
+                    there,
+                    surface.place,
+                    what=surface.name,
+                    keep_open=container,
+                    skip=min(view, 1),
                 )
                 fitting = await node.do(part)
                 if fitting or all_seen():
@@ -298,7 +306,7 @@ class Skills:
 
             target, act = PickTarget(percept, goal, wanted), self._with_fingers(Part("grasp", grasp))
             name = f"take it with the {wanted} hand" if wanted else "take it"
-            return self.at_base_pose(name, target, act, place, keep_open=container)
+            return self.at_base_pose(name, target, act, place, what=item.name, keep_open=container)
 
         async def body(node: Node) -> None:
             if surface and surface.container:
@@ -333,7 +341,8 @@ class Skills:
             self.placing = None
             target = PlaceTarget(arm, spot.position)
             act, container = self._with_fingers(Part("put down", put)), surface.container
-            await node.do(self.at_base_pose("put it down", target, act, surface.place, keep_open=container))
+            what = f"a spot for {item.name} on {surface.name}"
+            await node.do(self.at_base_pose("put it down", target, act, surface.place, what=what, keep_open=container))
 
         return Part(f"put {item.name} on {surface.name}", body)
 
