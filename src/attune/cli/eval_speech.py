@@ -2,7 +2,7 @@
 
 from collections.abc import Callable
 from pathlib import Path
-from typing import TYPE_CHECKING, Annotated
+from typing import TYPE_CHECKING, Annotated, cast, get_args
 
 import typer
 
@@ -16,8 +16,9 @@ def eval_speech(
     ] = None,
     asr: Annotated[str, typer.Option(help="The recogniser: auto, sphinx or whisper.")] = "",
     snr: Annotated[
-        list[float] | None, typer.Option(help="Also with pink noise at this signal-to-noise ratio [dB]; repeatable.")
+        list[float] | None, typer.Option(help="Also with noise at this signal-to-noise ratio [dB]; repeatable.")
     ] = None,
+    noise: Annotated[str, typer.Option(help="Which noise: pink, white, babble or kitchen.")] = "pink",
     sample: Annotated[int, typer.Option(min=0, help="At most so many sentences (of each kind); 0 takes all.")] = 0,
     voices: Annotated[int, typer.Option(min=0, help="At most so many synthetic voices; 0 takes all.")] = 0,
     out: Annotated[Path, typer.Option(help="Gets speech.md, speech.json and speech.png.")] = Path("speech-evaluation"),
@@ -40,6 +41,7 @@ def eval_speech(
     from attune.dialogue.completeness import completeness
     from attune.dialogue.corpus import domain_sentences, scene_lexicon
     from attune.dialogue.grammar.interpreter import GrammarInterpreter
+    from attune.evaluation.noises import Noise
     from attune.evaluation.speech import Ears, evaluate_speech
     from attune.evaluation.speech_samples import held_out_speakers, read_samples, synthetic_set
     from attune.speech.age.hub import require
@@ -49,6 +51,9 @@ def eval_speech(
     require("jiwer", extra="eval", needed_for="`attune eval speech`")
     from attune.evaluation.speech_report import draw, to_data, to_markdown, write_report
 
+    if noise not in get_args(Noise):
+        raise typer.BadParameter(f"{noise!r} is none of {', '.join(get_args(Noise))}", param_hint="--noise")
+    kind: Noise = cast(Noise, noise)
     settings = with_values(load_config(config), {"speech": {"asr": asr}} if asr else {})
     scene = load_scene(Path(settings.robot.scene) if settings.robot.scene else None)
     sentences = domain_sentences(scene)
@@ -77,7 +82,7 @@ def eval_speech(
     conditions = (None, *(snr or ()))
     with Progress(console=Console(stderr=True), transient=True) as bars:
         bar = bars.add_task("listening", total=len(spoken.samples) * len(conditions))
-        evaluation = evaluate_speech(spoken, ears, conditions, lambda heard: bars.advance(bar, heard))
+        evaluation = evaluate_speech(spoken, ears, conditions, kind, lambda heard: bars.advance(bar, heard))
     written = write_report(evaluation, keywords, out)
     if as_json:
         typer.echo(json.dumps(to_data(evaluation, keywords), indent=2))

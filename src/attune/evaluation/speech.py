@@ -11,7 +11,8 @@ from attune.core.bus import SPEECH_STOP, UTTERANCE, Bus
 from attune.core.clock import VirtualClock, run
 from attune.core.config import SpeechConfig
 from attune.core.messages import StopSignal, Utterance
-from attune.evaluation.speakers import noise, with_noise
+from attune.evaluation.noises import Noise, background
+from attune.evaluation.speakers import noise
 from attune.evaluation.speech_samples import Sample, SampleSet
 from attune.speech.audio import SAMPLE_RATE, ArraySource, Frame, Samples
 from attune.speech.listener import Listener
@@ -22,6 +23,8 @@ PAUSE = 1.6
 """After each sample [s]."""
 _QUIET_ROOM = -65.0
 """Noise of the clean condition [dB full scale]."""
+_AUDIBLE = 0.02
+"""Of the peak: what is softer is a pause."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -84,7 +87,8 @@ class Condition:
     """Everything that was heard under one noise.
 
     Attributes:
-        snr: Signal-to-noise ratio of pink noise [dB]; None is clean.
+        snr: Signal-to-noise ratio [dB]; None is clean.
+        noise: What sounds besides the speech.
         heard: One for each sample.
         seconds: Length of the sound.
         processor_seconds: What listening to it took.
@@ -96,11 +100,12 @@ class Condition:
     seconds: float
     processor_seconds: float
     finish_seconds: tuple[float, ...]
+    noise: Noise = "pink"
 
     @property
     def name(self) -> str:
         """For the report."""
-        return "clean" if self.snr is None else f"{self.snr:g} dB"
+        return "clean" if self.snr is None else f"{self.noise} noise, {self.snr:g} dB"
 
 
 @dataclass(frozen=True, slots=True)
@@ -116,6 +121,7 @@ def evaluate_speech(
     samples: SampleSet,
     ears: Ears,
     snrs: Sequence[float | None] = (None,),
+    noise: Noise = "pink",
     progress: Callable[[int], None] = lambda _: None,
 ) -> SpeechEvaluation:
     """Let the samples be heard, speaker by speaker, each speaker's in one stream with pauses.
@@ -123,7 +129,8 @@ def evaluate_speech(
     Args:
         samples: What is said.
         ears: Who hears it.
-        snrs: Signal-to-noise ratios of added pink noise [dB]; None adds none.
+        snrs: Signal-to-noise ratios of the added noise [dB]; None adds none.
+        noise: What is added.
         progress: Called with the number of samples that were just heard.
 
     Raises:
@@ -135,7 +142,7 @@ def evaluate_speech(
         streams = []
         for _, group in groupby(samples.samples, key=lambda sample: sample.speaker):
             of_speaker = tuple(group)
-            streams.append(_hear(of_speaker, ears, snr))
+            streams.append(_hear(of_speaker, ears, snr, noise))
             progress(len(of_speaker))
         conditions.append(
             Condition(
@@ -144,6 +151,7 @@ def evaluate_speech(
                 sum(stream.seconds for stream in streams),
                 sum(stream.processor_seconds for stream in streams),
                 tuple(seconds for stream in streams for seconds in stream.finish_seconds),
+                noise,
             )
         )
     return SpeechEvaluation(name, samples, tuple(conditions))
@@ -165,8 +173,8 @@ class _Timed:
         return recognition
 
 
-def _hear(samples: Sequence[Sample], ears: Ears, snr: float | None) -> Condition:
-    sound, spans = _stream(samples, snr)
+def _hear(samples: Sequence[Sample], ears: Ears, snr: float | None, kind: Noise) -> Condition:
+    sound, spans = _stream(samples, snr, kind)
     clock, bus = VirtualClock(), Bus()
     utterances: list[Utterance] = []
     stops: list[StopSignal] = []
@@ -195,7 +203,7 @@ def _hear(samples: Sequence[Sample], ears: Ears, snr: float | None) -> Condition
     return Condition(snr, tuple(heard), len(sound) / SAMPLE_RATE, processor_seconds, tuple(recogniser.finish_seconds))
 
 
-def _stream(samples: Iterable[Sample], snr: float | None) -> tuple[Samples, list[tuple[float, float]]]:
+def _stream(samples: Iterable[Sample], snr: float | None, kind: Noise) -> tuple[Samples, list[tuple[float, float]]]:
     """The sound, and where in it each sample begins and ends [s]."""
     parts: list[Samples] = [np.zeros(SAMPLE_RATE, np.float32)]
     spans = []
@@ -207,8 +215,17 @@ def _stream(samples: Iterable[Sample], snr: float | None) -> tuple[Samples, list
         length += len(speech) + len(parts[-1])
     sound = np.concatenate(parts)
     rng = np.random.default_rng(0)
-    sound = sound + noise(len(sound), _QUIET_ROOM, rng) if snr is None else with_noise(sound, snr, rng)
+    if snr is None:
+        sound = sound + noise(len(sound), _QUIET_ROOM, rng)
+    else:
+        sound = sound + background(kind, len(sound), rng) * _sounding(sound) * 10 ** (-snr / 20)
     return sound.astype(np.float32), spans
+
+
+def _sounding(samples: Samples) -> float:
+    """Root mean square of the parts that sound."""
+    loud = samples[np.abs(samples) > _AUDIBLE * np.abs(samples).max(initial=1e-9)]
+    return float(np.sqrt(np.mean(loud**2))) if len(loud) else 0.0
 
 
 def _judge(sample: Sample, end: float, utterances: list[Utterance], stops: list[StopSignal], ears: Ears) -> Heard:
