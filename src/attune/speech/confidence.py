@@ -11,11 +11,13 @@ import numpy as np
 
 from attune.speech.audio import SAMPLE_RATE, Samples
 
-_OVER_PHONES, _OVER_EVERYDAY, _DOMAIN_FIT, _DOMAIN = 0.108, 0.094, 2.05, 6.85
-_ACTED_ON = 0.3
+_OVER_EVERYDAY, _DOMAIN_FIT, _DOMAIN = 0.171, 2.24, 3.84
+_LARGEST_LEAD = 15.0
+"""The rival is searched for with few hypotheses and sometimes lost: more than this says nothing more."""
+_ACTED_ON = 0.4
 """Evidence for the domain from which a reading is acted on; one sentence in a hundred about other things has more."""
 _IN_DOMAIN = -0.6
-"""Evidence from which a reading may be of the domain; up to the one above it is asked back."""
+"""Evidence from which a reading may be of the domain; less than the one above is asked back."""
 _FIT, _WEAKEST_WORD, _SNR, _RIGHT = 1.23, 3.7, 0.08, 0.04
 _SURE = 0.2
 """Evidence for a right reading from which it is acted on."""
@@ -32,14 +34,12 @@ class Reading:
     """What the recogniser knows about a reading.
 
     Attributes:
-        over_phones: Score over that of any phones, for each frame of speech (logarithm to the base 1.0001).
-        over_everyday: Likewise over everyday English.
+        over_everyday: Score over that of everyday English, for each frame of speech (logarithm to the base 1.0001).
         fit: Of the text; see `DomainFit.fit`.
         weakest_word: Smallest posterior probability of a word.
         snr: Signal-to-noise ratio after suppression [dB].
     """
 
-    over_phones: float
     over_everyday: float
     fit: float
     weakest_word: float
@@ -48,7 +48,7 @@ class Reading:
     @property
     def domain_evidence(self) -> float:
         """For the domain against all other talk."""
-        return _OVER_PHONES * self.over_phones + _OVER_EVERYDAY * self.over_everyday + _DOMAIN_FIT * self.fit + _DOMAIN
+        return _OVER_EVERYDAY * min(self.over_everyday, _LARGEST_LEAD) + _DOMAIN_FIT * self.fit + _DOMAIN
 
     @property
     def in_domain(self) -> bool:

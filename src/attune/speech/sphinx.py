@@ -49,9 +49,8 @@ Mean = NDArray[np.float64]
 class SphinxRecogniser:
     """PocketSphinx, streaming. The model is built from the sentences once and then cached.
 
-    Next to the domain's model a loop over all phones and a small model of everyday English run on the same sound: how
-    much worse the domain explains the sound than they do tells whether the sound is of the domain at all, together with
-    how usual the text is.
+    Next to the domain's model a small model of everyday English runs on the same sound: how much worse the domain
+    explains the sound tells whether it is of the domain at all, together with how usual the text is.
 
     It adapts to the person and the microphone: the mean of the cepstra is kept from utterance to utterance. As long as
     it is not known well, an utterance is decoded anew as soon as enough of it was heard to tell the mean.
@@ -71,16 +70,13 @@ class SphinxRecogniser:
         models = Path(pocketsphinx.get_model_path()) / "en-us"
         common = {"hmm": str(models / "en-us"), "loglevel": "FATAL"}
         self._domain = pocketsphinx.Decoder(lm=str(folder / "domain.arpa"), dict=str(folder / "domain.dict"), **common)
-        # Of these two only the score is used: few hypotheses, one pass.
-        self._phones = pocketsphinx.Decoder(
-            allphone=str(models / "en-us-phone.lm.bin"), lw=2.0, beam=1e-10, pbeam=1e-10, **common
-        )
+        # Only its score is used: few hypotheses, one pass.
         self._everyday = pocketsphinx.Decoder(
             lm=str(models / "en-us.lm.bin"), dict=str(folder / "everyday.dict"), fwdflat=False, bestpath=False,
             maxhmmpf=3000, beam=1e-30, pbeam=1e-30, wbeam=1e-20, **common,
         )  # fmt: skip
         self._fit = DomainFit(sentences)
-        self._decoders = (self._domain, self._phones, self._everyday)
+        self._decoders = (self._domain, self._everyday)
         self._heard: list[bytes] = []
         self._mean = self._begun_with = np.array(_USUAL_MEAN)
         self._knows_channel = False
@@ -165,11 +161,11 @@ class SphinxRecogniser:
 
     def _reading(self, hypothesis: Any, words: Sequence[RecognisedWord]) -> Reading:
         frames = sum(word.end - word.start for word in words) * _FRAMES_PER_SECOND
-        score, phones, everyday = _log(hypothesis.best_score), self._phones.hyp(), self._everyday.hyp()
+        everyday = self._everyday.hyp()
+        # Everyday English may find no words at all in a single short sound.
+        lead = _log(hypothesis.best_score) - _log(everyday.best_score) if everyday and everyday.hypstr else 0.0
         return Reading(
-            over_phones=(score - _log(phones.best_score)) / frames if phones else -math.inf,
-            # Everyday English may find no words at all in a single short sound.
-            over_everyday=(score - _log(everyday.best_score)) / frames if everyday and everyday.hypstr else 0.0,
+            over_everyday=lead / frames,
             fit=self._fit.fit(hypothesis.hypstr),
             weakest_word=min(word.confidence for word in words),
             snr=signal_to_noise(np.frombuffer(b"".join(self._heard), "<i2").astype(np.float32) / np.float32(32768)),
