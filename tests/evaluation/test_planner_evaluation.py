@@ -182,6 +182,26 @@ def test_a_replacement_by_what_stands_there_already_takes_the_old_one_back() -> 
     assert [verdict.status for verdict in run.verdicts] == ["executed", "executed"]
 
 
+@pytest.mark.parametrize(
+    ("band", "sayings"),
+    [
+        ("older", (Saying("bring_me", "glass"), Saying("stop", at=27), Saying("carry_on", at="settled"))),
+        ("younger", (Saying("setting_breakfast"), Saying("put_back", at=59))),
+        (
+            "older",
+            (
+                Saying("bring_me", "cup", source="cabinet", place="shelf"),
+                Saying("change_location", place="countertop", at=27),
+            ),
+        ),
+    ],
+    ids=["carry on", "put back", "change location"],
+)
+def test_what_was_just_put_down_is_the_object_that_is_meant(band, sayings) -> None:
+    run = Player("symbolic", 0)(Permutation("each other", sayings[-1].kind, band, sayings))
+    assert {verdict.status for verdict in run.verdicts} == {"executed"}
+
+
 def test_every_command_of_a_sample_is_executed_or_rightly_refused() -> None:
     evaluation = evaluate_planner("symbolic", sample=120)
     assert len(evaluation.runs) == 120

@@ -83,12 +83,17 @@ def interrupted(scene: Scene, alone: Permutation, changes: int) -> Iterator[Perm
 
 
 def _the_papers(scene: Scene, alone: Permutation, step: int) -> list[tuple[Saying, ...]]:
-    """Each type and pair of types for one age group; for the other, whose plans differ little, one after the other."""
+    """Each ordered pair of types for one age group.
+
+    For the other, whose plans differ little, and in the breakfast, where much is the same at each step, one type after
+    the other.
+    """
     (first,) = alone.sayings
     types = [type_ for type_ in scene.vocabulary.types if type_ != first.type]
-    if alone.band != BANDS[-1]:
+    breakfast = first.kind == "setting_breakfast"
+    if breakfast or alone.band != BANDS[-1]:
         types = [types[step % len(types)]]
-    if first.kind == "setting_breakfast":
+    if breakfast:
         return [(_bring(type_, step),) for type_ in types]
     return [(Saying("replace_object", type_, first.type, at=step),) for type_ in types]
 

@@ -101,12 +101,15 @@ class Transport:
             order = [surface.name for surface in search_order(self._scene, self._belief, places, taken)]
             if item and item.surface:
                 order = list(dict.fromkeys((item.surface, *order)))
+            rounds = [(name, fits) for name in order]
+            if own and item and item.surface:  # Its like may stand beside it.
+                rounds.insert(0, (item.surface, lambda seen: seen.name == own))
             because: AttuneError | None = None
-            for name in order:
+            for name, fitting in rounds:
                 surface = self._scene.surface(name)
                 board.update(step="transporting_search", object=self._described(), destination_location=surface.place)
                 try:
-                    seen = await node.do(self._skills.look_over(surface, fits))
+                    seen = await node.do(self._skills.look_over(surface, fitting))
                 except FAILURES as failure:
                     because = because or failure
                     continue  # A place that cannot be looked into does not end the search.
