@@ -331,8 +331,12 @@ class Skills:
             if not is_clear(self.belief, spot, item):
                 raise Unreachable("the spot", "something stands there")
             self.placing = spot
-            async with self._moving(arm=True):
-                await self.robot.place(arm, spot.position)
+            try:
+                async with self._moving(arm=True):
+                    await self.robot.place(arm, spot.position)
+            except Unreachable:
+                await self._look_around(spot)  # What is in the way must be known when the next spot is chosen.
+                raise
             self.belief.put(item.name, surface.name, spot.position)
 
         async def body(node: Node) -> None:
@@ -345,6 +349,11 @@ class Skills:
             await node.do(self.at_base_pose("put it down", target, act, surface.place, what=what, keep_open=container))
 
         return Part(f"put {item.name} on {surface.name}", body)
+
+    async def _look_around(self, spot: Spot) -> None:
+        for point in (spot.position, *look_points(spot.surface)):
+            await self.robot.look_at(point)
+            self.belief.observe(await self.robot.perceive())
 
     def _with_fingers(self, part: Part[T]) -> Part[T]:
         """While the fingers close or open, a minor interruption waits for the end of that."""

@@ -66,6 +66,7 @@ class Imagination:
         self._robot_root = self.model.body_rootid[self.model.body(pr2.PALM["right"]).id]
         self.kinematics = {arm: ArmKinematics(arm_geometry(arm)) for arm in ARMS}
         self.checks = 0
+        self._rubbed = (-1, 0.0)
         self._set_contacts()
         for index, name in enumerate(object_names(model)):
             if name in objects:
@@ -86,8 +87,8 @@ class Imagination:
         m.geom_margin[m.geom_contype == contact.OBJECT] = _OBJECT_MARGIN
         m.geom_margin[np.isin(m.geom_contype, tuple(_ARM_BITS.values()))] = MARGIN
         m.geom_margin[m.geom_contype == contact.TRUNK] = _TRUNK_MARGIN
-        fingers = [m.jnt_bodyid[m.joint(joint).id] for arm in ARMS for joint in pr2.FINGER_JOINTS[arm]]
-        m.geom_margin[np.isin(m.geom_bodyid, fingers)] = _FINGER_MARGIN
+        self._fingers = [m.jnt_bodyid[m.joint(joint).id] for arm in ARMS for joint in pr2.FINGER_JOINTS[arm]]
+        m.geom_margin[np.isin(m.geom_bodyid, self._fingers)] = _FINGER_MARGIN
         meets = contact.FURNITURE | contact.OBJECT | contact.TRUNK
         for arm in self._carried:
             m.geom_conaffinity[self._links(arm)] |= _CARRIED_BITS[arm]
@@ -197,11 +198,15 @@ class Imagination:
             name: The object.
             rub: How far a finger may give way to it [m]: one that was grasped off centre is rubbed when it is let go.
         """
-        self.model.geom_margin[self.model.geom_bodyid == self.model.body(name).id] = -rub
+        body = self.model.body(name).id
+        # Distances are wrong where margins add up to less than nothing, so what may be rubbed is sorted out in `free`.
+        self.model.geom_margin[self.model.geom_bodyid == body] = -_FINGER_MARGIN if rub else 0.0
+        self._rubbed = (body, rub)
 
     def keep_clear(self, name: str) -> None:
         """End `aim_at`."""
         self.model.geom_margin[self.model.geom_bodyid == self.model.body(name).id] = _OBJECT_MARGIN
+        self._rubbed = (-1, 0.0)
 
     def tool(self, arm: Arm, q: Array | None = None) -> Frame:
         """The tool frame of an arm in the map frame, for a configuration or as it is bent now."""
@@ -275,7 +280,12 @@ class Imagination:
     def free(self) -> bool:
         """Whether the robot and what it carries touch nothing."""
         self._collide()
-        return bool(self.data.ncon == 0)
+        if not self.data.ncon or not self._rubbed[1]:
+            return bool(self.data.ncon == 0)
+        body, rub = self._rubbed
+        pairs = self.model.geom_bodyid[self.data.contact.geom]
+        rubbing = (pairs == body).any(axis=1) & np.isin(pairs, self._fingers).any(axis=1)
+        return bool((rubbing & (self.data.contact.dist > -rub)).all())
 
     def hand_free(self, arm: Arm) -> bool:
         """Whether an arm's hand and what it carries touch neither furniture nor objects, wherever the robot stands."""

@@ -41,7 +41,7 @@ class Touch:
         self._graspable = [geom in handles or body in objects for geom, body in enumerate(geom_body)]
         self._permitted: dict[Arm, frozenset[str]] = dict.fromkeys(ARMS, frozenset())
         self._contacts: list[tuple[int, int]] = []
-        self._geoms = {thing.name: np.flatnonzero(np.array(geom_body) == thing.name) for thing in scene.objects}
+        self._is_of = {thing.name: np.array(geom_body) == thing.name for thing in scene.objects}
         self._lowered: Arm | None = None
         self._standing: dict[str, tuple[frozenset[str], int]] = {}
         self._bumps: dict[tuple[str, str], None] = {}
@@ -74,7 +74,7 @@ class Touch:
         for arm, name in held.items():
             if name is None:
                 continue
-            mine = np.isin(data.contact.geom, self._geoms[name])
+            mine = self._is_of[name][data.contact.geom]
             touching = np.flatnonzero(mine.any(axis=1) & (data.contact.dist <= 0.0))
             others = {
                 self._name[other]: abs(float(data.contact.frame[index, 2]))

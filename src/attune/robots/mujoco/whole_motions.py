@@ -4,6 +4,7 @@ The searches are iterators: each step is one short piece of work, so that a call
 stop between any two steps. A step yields a whole motion that is free of collisions, or None.
 """
 
+from collections import Counter
 from collections.abc import Iterator
 from dataclasses import dataclass
 
@@ -30,8 +31,10 @@ from attune.robots.mujoco.pick_place import (
 
 Array = NDArray[np.float64]
 
-_STARTS = 60
+_STARTS = 40
 """Candidates of the straight part that are tried, for each height of lifting."""
+_ALIKE = 4
+"""Candidates with the same pose of the hand that are tried, of those."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -132,11 +135,14 @@ def find_picks(
             for grasp in grasps_for(percept, pitch)
             if _key(grasp.tool) not in hopeless and (wanted is None or abs(grasp.pitch - wanted) < _NEAR_PITCH)
         ]
-        tried = 0
+        tried: Counter[bytes] = Counter()
         for start in pick_starts(world, arm, grasps, lift, top):
             key = _key(start.frames[0])
-            if key in hopeless:
+            if key in hopeless or tried[key] == _ALIKE:
                 continue
+            tried[key] += 1
+            if tried.total() > _STARTS:
+                break
             world.aim_at(percept.name)
             world.set_gripper(arm, pr2.GRIPPER_OPEN)
             world.set_arm(arm, start.keys[0])
@@ -146,9 +152,6 @@ def find_picks(
             else:
                 plan = finish_pick(world, carrying, percept, start)
             world.keep_clear(percept.name)
-            tried += 1
-            if tried == _STARTS:
-                break
             if plan is None:
                 continue
             yield _with_ways(world, carrying, percept, posture, plan, rng)
@@ -188,13 +191,13 @@ def find_places(
     top = position[2] + held.percept.extent[2] if manner.over else None
     for lift in LIFTS:
         carrying.set_arm(arm, posture)
-        tried = 0
+        tried: Counter[bytes] = Counter()
         for start in place_starts(carrying, arm, held.in_hand, held.upright, position, lift, top):
             key = _key(start.frames[0])
-            if key in hopeless:
+            if key in hopeless or tried[key] == _ALIKE:
                 continue
-            tried += 1
-            if tried > _STARTS:
+            tried[key] += 1
+            if tried.total() > _STARTS:
                 break
             carrying.set_arm(arm, start.keys[0])
             if not carrying.hand_free(arm):
