@@ -13,7 +13,7 @@ from attune.robots.mujoco.kitchen import handle_name, leaf_name
 
 FLOOR = "floor"
 """What the floor is called as a thing that is touched."""
-_LEFT = 5
+_LEFT = 15
 """Updates without a contact after which something carried has left what it stood on: it may rattle when lifted."""
 _UPWARD = 0.7
 """Vertical share of the normal of a contact with what something stands on, at least."""
