@@ -96,7 +96,7 @@ def session(speaker: Speaker, sentences: Sequence[str], model: Sequence[str], sn
     utterances: list[Utterance] = []
     stops: list[StopSignal] = []
     bus.on(UTTERANCE, utterances.append)
-    bus.on(SPEECH_STOP, stops.append)
+    bus.on(SPEECH_STOP, lambda stop: stops.append(stop) if stop.state == "spotted" else None)
     recogniser = TimedRecogniser(model)
     listener = Listener(bus, clock, ArraySource(sound), (), SpeechConfig(), recogniser=recogniser)
     began = time.process_time()

@@ -66,3 +66,15 @@ def test_a_folder_without_recordings_is_named(tmp_path: Path) -> None:
     result = CliRunner().invoke(app, ["listen", str(tmp_path)])
     assert result.exit_code == 1
     assert f"{tmp_path} has no recordings" in result.stderr
+
+
+def test_a_clipped_recording_is_warned_about_on_standard_error_or_as_a_line(tmp_path: Path) -> None:
+    loud = np.clip(20 * people()[0].say("bring me a cup and a bowl from the table please"), -1, 1)
+    soundfile.write(tmp_path / "loud.wav", np.concatenate([np.zeros(8000), loud, np.zeros(16000)]), 16000)
+    plain = CliRunner().invoke(app, ["listen", str(tmp_path / "loud.wav")])
+    assert plain.stderr.count("too loud") == 1
+    assert all({"text", "stop_at"} & set(json.loads(line)) for line in plain.stdout.splitlines())
+    as_json = CliRunner().invoke(app, ["listen", str(tmp_path / "loud.wav"), "--json"])
+    assert "too loud" not in as_json.stderr
+    warned = [line for line in map(json.loads, as_json.stdout.splitlines()) if "warning" in line]
+    assert [set(line) for line in warned] == [{"file", "at", "warning"}]

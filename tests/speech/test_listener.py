@@ -2,6 +2,7 @@
 
 from collections.abc import Callable
 from pathlib import Path
+from typing import Literal
 
 import anyio
 import numpy as np
@@ -10,12 +11,15 @@ import pytest
 from attune.core.bus import EVENT, SPEECH_ACTIVITY, SPEECH_STOP, UTTERANCE, Bus
 from attune.core.clock import VirtualClock, run
 from attune.core.config import SpeechConfig
-from attune.core.messages import SpeechActivity, StopSignal, Utterance
+from attune.core.messages import Band, SpeechActivity, StopSignal, Utterance
 from attune.evaluation.speakers import Speaker, UserAudio, noise, people, with_noise
 from attune.speech.age.norms import NormsEstimator
-from attune.speech.audio import ArraySource, AudioSource, Samples
+from attune.speech.audio import FRAME_SAMPLES, ArraySource, AudioSource, Frame, Samples
+from attune.speech.echo import EchoCanceller
+from attune.speech.endpointing import Endpointer, SpeechEnded
 from attune.speech.listener import Listener
 from attune.speech.sphinx import SphinxRecogniser
+from attune.speech.stop_words import reads_as_stop
 
 ANNA, DAN = people()[0], people()[3]
 
@@ -108,6 +112,58 @@ def test_a_negated_stop_is_no_stop_and_a_repeated_one_is_told_again(recogniser: 
     assert Ear().listen(ArraySource(room(1.0, ANNA.say("don't stop"), 1.5)), recogniser).stops == []
     ear = Ear().listen(ArraySource(room(1.0, ANNA.say("stop"), 1.2, ANNA.say("stop"), 1.5)), recogniser)
     assert len(ear.stops) == 2
+
+
+@pytest.mark.parametrize(("is_stop", "states"), [(False, ["spotted", "withdrawn"]), (True, ["spotted"])])
+def test_a_stop_is_taken_back_while_people_speak_on_if_the_words_contradict_it(
+    is_stop: bool, states: list[str], recogniser: SphinxRecogniser
+) -> None:
+    speech = ANNA.say("stop over there for the mail and bring me a bottle of milk please")
+    ear = Ear().listen(ArraySource(room(1.0, speech, 1.5)), recogniser, is_stop=lambda _: is_stop)
+    assert [stop.state for stop in ear.stops][:2] == states
+    if not is_stop:
+        assert ear.stops[1].time - ear.stops[0].time < 1.5
+        assert ear.stops[1].time < 1.0 + len(speech) / 16000
+
+
+@pytest.mark.parametrize("colour", ["white", "pink"])
+def test_stop_is_heard_in_noise(colour: Literal["white", "pink"], recogniser: SphinxRecogniser) -> None:
+    """As a session hears: noise is lowered first."""
+    rng = np.random.default_rng(5)
+    sound = with_noise(room(3.0, DAN.say("stop"), 2.0, ANNA.say("stop it"), 2.0), 15, rng, colour)
+    cleaner = EchoCanceller(echo_cancellation=False, noise_suppression=True)
+    ear = Ear().listen(ArraySource(sound), recogniser, clean=cleaner.clean)
+    assert [stop.state for stop in ear.stops] == ["spotted", "spotted"]
+    assert [reads_as_stop(text) for text in ear.texts] == [True, True]
+
+
+def test_older_and_hesitant_people_get_more_time(recogniser: SphinxRecogniser) -> None:
+    def texts(*sounds: Samples | float, band: Band = "unknown") -> int:
+        return len(Ear().listen(ArraySource(room(0.5, *sounds, 2.0)), recogniser, band=lambda: band).texts)
+
+    cup, bowl = ANNA.say("bring me a cup"), ANNA.say("and a bowl")
+    pauses = SpeechConfig().end_silence + 0.15
+    assert texts(cup, pauses, bowl) == 2
+    assert texts(cup, pauses, bowl, band="older") == 1
+    # Whoever went on right after what seemed to be the end is given the time the next time.
+    assert texts(cup, pauses, bowl, 3.0, cup, pauses, bowl) == 3
+
+
+def test_an_utterance_begins_and_ends_with_the_nearest_voice_while_others_talk_on_in_the_background() -> None:
+    talk = ["the weather forecast says it will rain tomorrow", "she told him that the meeting was cancelled again"]
+    voices = [np.concatenate([speaker.say(text) for text in talk]) for speaker in people()[1:3]]
+    shortest = min(map(len, voices))
+    sound = 0.1 * np.sum([voice[:shortest] for voice in voices], axis=0)
+    speech = ANNA.say("bring me a cup")
+    sound[32000 : 32000 + len(speech)] += speech
+    endpointer = Endpointer(SpeechConfig())
+    found = [
+        change
+        for at in range(0, shortest - FRAME_SAMPLES, FRAME_SAMPLES)
+        for change in endpointer.accept(Frame(sound[at : at + FRAME_SAMPLES].astype(np.float32), at / 16000))
+    ]
+    spans = [(change.start, change.end) for change in found if isinstance(change, SpeechEnded)]
+    assert (2.0, 2.0 + len(speech) / 16000) in [pytest.approx(span, abs=0.2) for span in spans]
 
 
 def test_other_talk_is_marked_as_out_of_domain(recogniser: SphinxRecogniser) -> None:

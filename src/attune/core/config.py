@@ -36,11 +36,11 @@ class SpeechConfig(_Section):
     """Voice activity probability under which a pause begins."""
     pre_roll: float = Field(0.3, ge=0, le=2)
     """Audio kept from before the beginning [s]."""
-    end_silence: float = Field(0.6, gt=0, le=5)
+    end_silence: float = Field(0.8, gt=0, le=5)
     """Pause after which an utterance ends [s], when it is not known whether it is complete."""
-    end_silence_complete: float = Field(0.4, gt=0, le=5)
+    end_silence_complete: float = Field(0.5, gt=0, le=5)
     """The same after what is a whole command [s]."""
-    end_silence_fragment: float = Field(1.2, gt=0, le=5)
+    end_silence_fragment: float = Field(1.4, gt=0, le=5)
     """The same after a fragment such as "bring me the" [s]."""
     more_time_for_older: float = Field(1.5, ge=1, le=3)
     """For older adults, these three pauses are so many times longer."""

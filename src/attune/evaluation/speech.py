@@ -183,7 +183,8 @@ def _hear(samples: Sequence[Sample], ears: Ears, snr: float | None, kind: Noise)
     recogniser = _Timed(ears.make_recogniser())
     listener = Listener(
         bus, clock, ArraySource(sound), (), ears.config,
-        is_complete=ears.is_complete, clean=ears.make_clean(), recogniser=recogniser,
+        is_complete=ears.is_complete, is_stop=lambda text: bool(text) and ears.intent(text) == "stop",
+        clean=ears.make_clean(), recogniser=recogniser,
     )  # fmt: skip
     began = time.process_time()
     run(listener.run, clock)
@@ -232,8 +233,10 @@ def _judge(sample: Sample, end: float, utterances: list[Utterance], stops: list[
     text = " ".join(utterance.text for utterance in utterances)
     sure = [u for u in utterances if u.in_domain and u.confidence >= ears.confidence_ask]
     decided = utterances[-1].time if utterances else None
+    spotted = next((stop.time for stop in stops if stop.state == "spotted"), None)
+    taken_back = next((stop.time for stop in stops if stop.state == "withdrawn"), decided)
     # Without a text the dialogue takes a stop back after its own deadline.
-    paused = 0.0 if not stops else max(0.0, (decided - stops[0].time) if decided is not None else 3.0)
+    paused = 0.0 if spotted is None else max(0.0, taken_back - spotted) if taken_back is not None else 3.0
     return Heard(
         sample=sample,
         text=text,
@@ -242,6 +245,6 @@ def _judge(sample: Sample, end: float, utterances: list[Utterance], stops: list[
         asked=not sure and any(u.in_domain and u.confidence >= ears.confidence_ignore for u in utterances),
         halts=any(ears.intent(utterance.text) == "stop" for utterance in sure),
         delay=None if decided is None else decided - (end if sample.voice else utterances[-1].end),
-        stop_delay=stops[0].time - end if stops else None,
+        stop_delay=spotted - end if spotted is not None else None,
         paused=paused,
     )

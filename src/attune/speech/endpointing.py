@@ -17,6 +17,8 @@ _SHORTEST_SPEECH = 0.1
 """Less voice than this in an utterance is a noise [s]."""
 _QUIET_AFTER = 0.2
 """After such a pause nobody is speaking at the moment [s]; the utterance may still go on."""
+_TRAILING = 0.4
+"""So much after the voice still belongs to the utterance [s]: soft last sounds, and the silence that ends a word."""
 _WORD = 0.8
 """Longest time from the beginning of a short word to its being recognised [s]."""
 _OVER_BACKGROUND = 6.0
@@ -107,6 +109,11 @@ class Endpointer:
         return self.active and self._now - self._end < _QUIET_AFTER
 
     @property
+    def pausing(self) -> bool:
+        """Whether an utterance pauses for so long that what sounds now is no part of it, unless its voice returns."""
+        return self.active and self._now - self._end >= _TRAILING
+
+    @property
     def heard_voice(self) -> bool:
         """Whether there was any voice within the length of a word."""
         return self._now - self._voice_at < _WORD
@@ -136,7 +143,8 @@ class Endpointer:
             self._pause = max(self._pause, frame.time - self._end)
             self._end = frame.end
             self._voiced += FRAME_SECONDS
-            self._loudest = max(self._loudest, level)
+            if not self._nearer_in_a_row:
+                self._loudest = max(self._loudest, level)
         too_long = frame.end - self._start >= self._config.max_utterance
         # Half a frame of tolerance, so that rounding never adds a frame.
         if too_long or frame.end - self._end >= self._patience(is_complete, band) - FRAME_SECONDS / 2:

@@ -111,6 +111,7 @@ class Listener:
     async def _watch(self, ears: _Ears, send: MemoryObjectSendStream[_Heard]) -> None:
         was_speaking = False
         levels = LevelMonitor()
+        pause: list[Frame] = []
         with send:
             async for raw in self._source.frames(self._clock):
                 hint = self._is_complete(self._partial) if self._partial else None
@@ -133,8 +134,15 @@ class Listener:
                     self._bus.publish(SPEECH_ACTIVITY, SpeechActivity(time=self._clock.now(), speaking=was_speaking))
                 for change in changes:
                     send.send_nowait(change)
-                if not changes and ears.endpointer.active:
-                    send.send_nowait(frame)
+                if changes:
+                    pause.clear()
+                elif ears.endpointer.pausing:
+                    # The background of a pause is not to be taken for words, unless somebody speaks on after it.
+                    pause.append(frame)
+                elif ears.endpointer.active:
+                    for kept in (*pause, frame):
+                        send.send_nowait(kept)
+                    pause.clear()
             if (ended := ears.endpointer.finish()) is not None:
                 send.send_nowait(ended)
         if was_speaking:
