@@ -163,7 +163,7 @@ def test_an_utterance_begins_and_ends_with_the_nearest_voice_while_others_talk_o
         for change in endpointer.accept(Frame(sound[at : at + FRAME_SAMPLES].astype(np.float32), at / 16000))
     ]
     spans = [(change.start, change.end) for change in found if isinstance(change, SpeechEnded)]
-    assert (2.0, 2.0 + len(speech) / 16000) in [pytest.approx(span, abs=0.2) for span in spans]
+    assert (2.0, 2.0 + len(speech) / 16000) in [pytest.approx(span, abs=0.5) for span in spans]
 
 
 def test_other_talk_is_marked_as_out_of_domain(recogniser: SphinxRecogniser) -> None:

@@ -15,6 +15,9 @@ _BELIEVED = 0.5
 """Confidence of a stop that both have heard."""
 _LONGEST_DOUBT = 1.2
 """No text can be expected to make it a stop after this long [s]; the final one still may."""
+_LONGEST_ORDER = 1.3
+"""An order to stop does not go on for longer than this after the word [s]: whoever still speaks then talks of something
+else, even if it is mistaken for an order so far."""
 
 
 class StopReview:
@@ -33,7 +36,8 @@ class StopReview:
 
     def spotted(self, time: float) -> None:
         """A stop was spotted."""
-        self._spotted, self._doubtful = time, None
+        if self._spotted is None:
+            self._spotted, self._doubtful = time, None
 
     def decided(self) -> bool:
         """The text is final, or there is none. Returns whether a spotted stop was waiting for it."""
@@ -50,38 +54,32 @@ class StopReview:
         """
         if self._spotted is None:
             return False
+        since = time - self._spotted
         if self._is_stop(partial):
             self._doubtful = None
-            return False
-        if self._doubtful is None:
-            self._doubtful = time
-        went_on = speaking and time - self._doubtful >= _DOUBT
-        if went_on or time - self._spotted >= _LONGEST_DOUBT:
+            takes_back = speaking and since >= _LONGEST_ORDER
+        else:
+            self._doubtful = time if self._doubtful is None else self._doubtful
+            takes_back = since >= _LONGEST_DOUBT or (speaking and time - self._doubtful >= _DOUBT)
+        if takes_back:
             self._spotted = None
             return True
         return False
 
 
-def with_spotted(heard: Recognition, seconds: float, is_stop: Callable[[str], bool], *, in_noise: bool) -> Recognition:
-    """What was said, given that a stop was spotted in it and still stands.
+def heard_in_noise(heard: Recognition, seconds: float, is_stop: Callable[[str], bool]) -> Recognition:
+    """What was said, given that a stop was spotted in it and still stands, and that noise garbles single words.
 
-    Two who hear the same word in a short shout are believed: also where one of them has doubts, and in noise, which
-    garbles single words for the recogniser, also where it hears another word. Whoever says "don't stop" is believed.
+    In a short shout the search that knows only this word is believed, also where the recogniser has doubts or hears
+    another word; but whoever is heard to say "don't stop" is believed, too.
 
     Args:
         heard: By the recogniser.
         seconds: Length of the speech.
         is_stop: Whether a text reads as an order to stop.
-        in_noise: Whether the stop was spotted in noise.
     """
-    if seconds > _SHORT:
-        return heard
-    text = next((text for text in (heard.text, *heard.alternatives) if is_stop(text)), "")
-    if mentions_stop(heard.text) and text != heard.text:
-        return heard
-    if not text and in_noise:
-        text = _WORD
-    if not text:
+    text = next((text for text in (heard.text, *heard.alternatives) if is_stop(text)), _WORD)
+    if seconds > _SHORT or (mentions_stop(heard.text) and text != heard.text):
         return heard
     others = tuple(other for other in dict.fromkeys((heard.text, *heard.alternatives)) if other not in {"", text})
     return replace(heard, text=text, alternatives=others, confidence=max(heard.confidence, _BELIEVED), in_domain=True)
