@@ -20,7 +20,7 @@ from attune.speech.choice import choose_recogniser
 from attune.speech.endpointing import Endpointer, SpeechBegan, SpeechEnded
 from attune.speech.levels import LevelMonitor, Problem, advice
 from attune.speech.recogniser import Recogniser, Recognition
-from attune.speech.stop_review import StopReview, heard_in_noise
+from attune.speech.stop_review import StopReview, overruled
 from attune.speech.stop_spotter import StopSpotter
 from attune.speech.stop_words import reads_as_stop
 
@@ -181,8 +181,8 @@ class Listener:
         self._partial = ""
         ears.spotter.end_utterance()
         awaited = self._review.decided()
-        if awaited and ears.spotter.in_noise and not ended.is_noise:
-            recognition = heard_in_noise(recognition, ended.end - ended.start, self._is_stop)
+        if awaited and ears.spotter.overrules and not ended.is_noise:
+            recognition = overruled(recognition, ended.end - ended.start, self._is_stop)
         if ended.is_noise or not recognition.text or recognition.confidence < _HOPELESS:
             if awaited:
                 self._take_back()

@@ -4,12 +4,12 @@ from collections.abc import Callable
 from dataclasses import replace
 
 from attune.speech.recogniser import Recognition
-from attune.speech.stop_words import mentions_stop
+from attune.speech.stop_words import is_negated
 
 _WORD = "stop"
 _DOUBT = 0.5
 """Whoever speaks on for this long [s] without the text reading as a stop did not mean one."""
-_SHORT = 1.3
+_SHORT = 1.2
 """A shout is no longer than this [s]: in it a spotted stop is evidence about its words."""
 _BELIEVED = 0.5
 """Confidence of a stop that both have heard."""
@@ -67,19 +67,19 @@ class StopReview:
         return False
 
 
-def heard_in_noise(heard: Recognition, seconds: float, is_stop: Callable[[str], bool]) -> Recognition:
-    """What was said, given that a stop was spotted in it and still stands, and that noise garbles single words.
+def overruled(heard: Recognition, seconds: float, is_stop: Callable[[str], bool]) -> Recognition:
+    """What was said, given that a search that knows only this word has found a stop in it and may be believed.
 
-    In a short shout the search that knows only this word is believed, also where the recogniser has doubts or hears
-    another word; but whoever is heard to say "don't stop" is believed, too.
+    It is believed about a short shout, also where the recogniser has doubts or hears another word; but whoever is heard
+    to say "don't stop" is believed, too.
 
     Args:
         heard: By the recogniser.
         seconds: Length of the speech.
         is_stop: Whether a text reads as an order to stop.
     """
-    text = next((text for text in (heard.text, *heard.alternatives) if is_stop(text)), _WORD)
-    if seconds > _SHORT or (mentions_stop(heard.text) and text != heard.text):
+    if seconds > _SHORT or is_negated(heard.text):
         return heard
+    text = next((text for text in (heard.text, *heard.alternatives) if is_stop(text)), _WORD)
     others = tuple(other for other in dict.fromkeys((heard.text, *heard.alternatives)) if other not in {"", text})
     return replace(heard, text=text, alternatives=others, confidence=max(heard.confidence, _BELIEVED), in_domain=True)

@@ -16,9 +16,11 @@ partial results tell those."""
 _SPOTTED = "stop"
 _SEARCHED = 1e-25
 """Threshold of the search, far lower than what counts."""
-_SURE, _LEAST_SURE = -225.0, -560.0
+_SURE, _LEAST_SURE = -330.0, -560.0
 """Evidence that counts: in a quiet room, where ordinary speech often comes near, and in noise, which takes from the
 evidence. Logarithm of the word's probability over that of any sounds (base 1.0001, in steps of 1024)."""
+_OVERRULES = -100.0
+"""Evidence that nothing but this word gives."""
 _QUIET_MARGIN, _NOISY_MARGIN = 50.0, 36.0
 """The room is quiet or noisy when the loudest speech is so much louder than the background [dB]."""
 _LEAST_MARGIN = 20.0
@@ -62,8 +64,9 @@ class StopSpotter:
         self._partial = ""
         self._told_in_partial = 0
         self._steady = 0
-        self.in_noise = False
-        """Whether the last stop that the search found was heard in noise, which garbles what the recogniser hears."""
+        self.overrules = False
+        """Whether the search may be believed where the recogniser hears another word than the stop that it found: when
+        it is quite sure, or in noise, which garbles what the recogniser hears."""
 
     def accept(self, samples: Samples, time: float, *, voiced: bool = True) -> str:
         """Take the next samples of the raw stream.
@@ -83,8 +86,8 @@ class StopSpotter:
             return ""
         if self._found is None:
             self._found = time
-        needed = self._needed()
-        counts = self._evidence() >= needed
+        evidence, needed = self._evidence(), self._needed()
+        counts = evidence >= needed
         if counts or time - self._found >= _RIPENS:
             # Without a fresh start the same word would be found for ever.
             self._search.end_utt()
@@ -94,7 +97,7 @@ class StopSpotter:
             return ""
         if not self._is_new(time):
             return ""
-        self.in_noise = needed < _SURE
+        self.overrules = needed < _SURE or evidence >= _OVERRULES
         return _SPOTTED
 
     def _evidence(self) -> float:

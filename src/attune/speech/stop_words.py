@@ -6,11 +6,6 @@ _STOP = re.compile(r"(?<!\w)(stop|halt|freeze|wait|pause|hold (?:on|it)|don't mo
 _NEGATED = re.compile(r"(?<!\w)(?:don't|do not|not|never|without|can't|no need to)(?: \w+)? $")
 
 
-def mentions_stop(text: str) -> bool:
-    """Whether there is a stop word in it, negated or not."""
-    return bool(_STOP.search(text))
-
-
 def stops_in(text: str) -> list[str]:
     """The stop words in it that are not negated, in order."""
     return [match.group() for match in _STOP.finditer(text) if not _NEGATED.search(text[: match.start()])]
@@ -24,3 +19,8 @@ def is_negated_after(text: str) -> bool:
 def reads_as_stop(text: str) -> bool:
     """Whether there is a stop word in it that is not negated."""
     return bool(stops_in(text))
+
+
+def is_negated(text: str) -> bool:
+    """Whether each stop word in it is negated, and there is one: "please don't stop"."""
+    return bool(_STOP.search(text)) and not stops_in(text)
