@@ -157,7 +157,7 @@ def test_an_utterance_begins_and_ends_with_the_nearest_voice_while_others_talk_o
     talk = ["the weather forecast says it will rain tomorrow", "she told him that the meeting was cancelled again"]
     voices = [np.concatenate([speaker.say(text) for text in talk]) for speaker in people()[1:3]]
     shortest = min(map(len, voices))
-    sound = 0.1 * np.sum([voice[:shortest] for voice in voices], axis=0)
+    sound = 0.06 * np.sum([voice[:shortest] for voice in voices], axis=0)
     speech = ANNA.say("bring me a cup")
     sound[32000 : 32000 + len(speech)] += speech
     endpointer = Endpointer(SpeechConfig())

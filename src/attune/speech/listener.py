@@ -26,6 +26,8 @@ from attune.speech.stop_words import reads_as_stop
 
 _Change = tuple[SpeechBegan | SpeechEnded, ...]
 _Heard = Frame | SpeechBegan | SpeechEnded
+_SURE = 0.5
+"""Confidence from which a text is no longer doubtful."""
 _HOPELESS = 0.02
 """Confidence under which what was recognised is no utterance at all."""
 
@@ -181,7 +183,8 @@ class Listener:
         self._partial = ""
         ears.spotter.end_utterance()
         awaited = self._review.decided()
-        if awaited and ears.spotter.overrules and not ended.is_noise:
+        doubtful = not recognition.in_domain or recognition.confidence < _SURE
+        if awaited and not ended.is_noise and ears.spotter.overrules(doubtful=doubtful):
             recognition = overruled(recognition, ended.end - ended.start, self._is_stop)
         if ended.is_noise or not recognition.text or recognition.confidence < _HOPELESS:
             if awaited:

@@ -19,8 +19,8 @@ _SEARCHED = 1e-25
 _SURE, _LEAST_SURE = -330.0, -560.0
 """Evidence that counts: in a quiet room, where ordinary speech often comes near, and in noise, which takes from the
 evidence. Logarithm of the word's probability over that of any sounds (base 1.0001, in steps of 1024)."""
-_OVERRULES = -100.0
-"""Evidence that nothing but this word gives."""
+_OVERRULES, _OVERRULES_DOUBT = -100.0, -225.0
+"""Evidence that nothing but this word gives, and evidence that counts for more than a doubtful text."""
 _QUIET_MARGIN, _NOISY_MARGIN = 50.0, 36.0
 """The room is quiet or noisy when the loudest speech is so much louder than the background [dB]."""
 _LEAST_MARGIN = 20.0
@@ -64,9 +64,8 @@ class StopSpotter:
         self._partial = ""
         self._told_in_partial = 0
         self._steady = 0
-        self.overrules = False
-        """Whether the search may be believed where the recogniser hears another word than the stop that it found: when
-        it is quite sure, or in noise, which garbles what the recogniser hears."""
+        self._evidence_told = -math.inf
+        self._in_noise = False
 
     def accept(self, samples: Samples, time: float, *, voiced: bool = True) -> str:
         """Take the next samples of the raw stream.
@@ -97,8 +96,18 @@ class StopSpotter:
             return ""
         if not self._is_new(time):
             return ""
-        self.overrules = needed < _SURE or evidence >= _OVERRULES
+        self._evidence_told, self._in_noise = evidence, needed < _SURE
         return _SPOTTED
+
+    def overrules(self, *, doubtful: bool) -> bool:
+        """Whether the last stop that the search found is to be believed where the recogniser hears another word.
+
+        So it is when the search is quite sure, and in noise, which garbles what the recogniser hears.
+
+        Args:
+            doubtful: The recogniser is not sure either.
+        """
+        return self._in_noise or self._evidence_told >= (_OVERRULES_DOUBT if doubtful else _OVERRULES)
 
     def _evidence(self) -> float:
         return max(math.log(max(segment.prob, 1e-300)) / _LOG_BASE + _OFFSET for segment in self._search.seg())
