@@ -16,7 +16,7 @@ partial results tell those."""
 _SPOTTED = "stop"
 _SEARCHED = 1e-25
 """Threshold of the search, far lower than what counts."""
-_SURE, _LEAST_SURE = -330.0, -560.0
+_SURE, _LEAST_SURE = -225.0, -560.0
 """Evidence that counts: in a quiet room, where ordinary speech often comes near, and in noise, which takes from the
 evidence. Logarithm of the word's probability over that of any sounds (base 1.0001, in steps of 1024)."""
 _OVERRULES, _OVERRULES_DOUBT = -100.0, -225.0
