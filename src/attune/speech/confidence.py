@@ -1,8 +1,8 @@
 """How far a reading can be trusted: whether it is of the domain at all, and whether it was heard right.
 
 Both are logistic regressions on about 400 readings of ten synthetic voices (espeak-ng, flite, Piper): whole sentences
-and short phrases, clean and with white and pink noise at 20 to 5 dB; half of them about other things than the domain. Only
-the weight of noise is half as large again, because what lowers the noise hides some of it.
+and short phrases, clean and with white and pink noise at 20 to 5 dB; half of them about other things than the domain.
+Only the weight of noise is half as large again, because what lowers the noise hides some of it.
 """
 
 import math
