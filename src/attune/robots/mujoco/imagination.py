@@ -223,8 +223,13 @@ class Imagination:
         return self.tool(arm) @ self._carried[arm][1]
 
     def _move_carried(self) -> None:
+        if not self._carried:
+            return
+        mujoco.mj_kinematics(self.model, self.data)
         for arm, (name, in_hand) in self._carried.items():
-            self.put(name, self.tool(arm) @ in_hand)
+            site = self.model.site(pr2.TOOL_FRAME[arm]).id
+            hand = Frame(self.data.site_xpos[site], self.data.site_xmat[site].reshape(3, 3))
+            self.put(name, hand @ in_hand)
 
     def contacts(self) -> list[tuple[str, str, float]]:
         """Pairs of bodies that are nearer to each other than their margin now, with their distance [m]."""
