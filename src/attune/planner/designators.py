@@ -115,7 +115,8 @@ def search_order(scene: Scene, belief: Belief, spec: ObjectSpec, excluded: Colle
 def free_spots(scene: Scene, belief: Belief, place: str, item: Individual | None = None) -> Iterator[Spot]:
     """Free spots for an object at a kind of place, nearest to the user first.
 
-    After those that are free however things are turned come those where it may fit if it is turned well.
+    After those that are free however things are turned come those where it may fit if it is turned well, the one with
+    the most room first.
     """
     tight: list[Spot] = []
     for surface in delivery_surfaces(scene, place, item):
@@ -125,7 +126,7 @@ def free_spots(scene: Scene, belief: Belief, place: str, item: Individual | None
                 yield spot
             elif item is not None and is_clear(belief, spot, item):
                 tight.append(spot)
-    yield from tight
+    yield from sorted(tight, key=lambda spot: -_clearance(belief, spot))
 
 
 def home_spots(scene: Scene, belief: Belief, item: Individual) -> Iterator[Spot]:
@@ -161,6 +162,13 @@ def is_clear(belief: Belief, spot: Spot, item: Individual) -> bool:
         or other.name == item.name
         or math.dist(other.position[:2], spot.position[:2]) >= (min(item.extent[:2]) + min(other.extent[:2])) / 2 + 0.02
         for other in belief.on(spot.surface.name)
+    )
+
+
+def is_crowded(belief: Belief, spot: Spot, item: Individual) -> bool:
+    """Whether neighbours are close to a chosen spot while there is more room elsewhere on its surface."""
+    return not _is_free(belief, spot.surface, spot.position, item) and any(
+        _is_free(belief, spot.surface, point, item) for point in _grid(spot.surface, item)
     )
 
 
@@ -203,6 +211,15 @@ def _is_free(belief: Belief, surface: Surface, point: Point, item: Individual | 
         or (item is not None and other.name == item.name)
         or math.dist(other.position[:2], point[:2]) >= own + _radius(other.extent) + GAP
         for other in belief.on(surface.name)
+    )
+
+
+def _clearance(belief: Belief, spot: Spot) -> float:
+    """From a spot to the nearest neighbour's outline, however that is turned [m]."""
+    return min(
+        math.dist(other.position[:2], spot.position[:2]) - _radius(other.extent)
+        for other in belief.on(spot.surface.name)
+        if other.position is not None
     )
 
 

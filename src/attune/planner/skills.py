@@ -10,7 +10,7 @@ from attune.core.clock import Clock
 from attune.core.scene import Scene, Surface
 from attune.planner.belief import Belief, Individual
 from attune.planner.combinators import atomic_while, monitor
-from attune.planner.designators import Spot, is_clear, look_points, middle
+from attune.planner.designators import Spot, is_clear, is_crowded, look_points, middle
 from attune.planner.plan import Node, Part
 from attune.planner.state import StateBoard
 from attune.robots.interface import (
@@ -328,7 +328,8 @@ class Skills:
             self.board.update()
             await self.robot.look_at(spot.position)
             self.belief.observe(await self.robot.perceive())
-            if not is_clear(self.belief, spot, item):
+            at_home = spot.position == item.home.position
+            if not is_clear(self.belief, spot, item) or (not at_home and is_crowded(self.belief, spot, item)):
                 raise Unreachable("the spot", "something stands there")
             self.placing = spot
             try:

@@ -171,6 +171,10 @@ class Imagination:
         body = self.model.body(self._carried[arm][0]).id
         self.model.geom_margin[(self.model.geom_bodyid == body) & (self.model.geom_contype > 0)] = margin
 
+    def widen_objects(self, margin: float = _OBJECT_MARGIN) -> None:
+        """Set how far the robot and what it carries keep from objects [m]; without a margin, the usual distance."""
+        self.model.geom_margin[self.model.geom_contype == contact.OBJECT] = margin
+
     def let_brush(self, arm: Arm) -> None:
         """If what an arm carries lies against the robot now, let it: no path could begin there otherwise."""
         m, body = self.model, self.model.body(self._carried[arm][0]).id

@@ -24,7 +24,7 @@ from attune.robots.mujoco.frames import Frame, frame_of, pose_of
 from attune.robots.mujoco.motions import Motions, together
 from attune.robots.mujoco.stepwise import results
 from attune.robots.mujoco.straighten import ASKEW, straightening_path, tilt
-from attune.robots.mujoco.whole_motions import Pick, Place, find_picks, find_places, manners
+from attune.robots.mujoco.whole_motions import PLACING, Pick, Place, find_picks, find_places, manners
 from attune.robots.mujoco.world import World
 
 Array = NDArray[np.float64]
@@ -174,7 +174,7 @@ class Manipulation:
     async def _plan_place(self, arm: Arm, held: Held, position: Point) -> Place:
         world, carrying = self._beliefs.imagine(empty=arm), self._beliefs.imagine()
         posture = carrying.arm(arm)
-        for manner in manners():
+        for manner in PLACING:
             search = find_places(world, carrying, held, arm, position, posture, self._rng, manner=manner)
             async for plan in results(self._clock, search):
                 return plan

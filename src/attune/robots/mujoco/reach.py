@@ -17,7 +17,7 @@ from attune.robots.mujoco.beliefs import Held
 from attune.robots.mujoco.carry import FOLDED
 from attune.robots.mujoco.costmap import Costmap, Footprint
 from attune.robots.mujoco.imagination import Imagination
-from attune.robots.mujoco.whole_motions import Manner, find_picks, find_places, manners, radius
+from attune.robots.mujoco.whole_motions import PLACING, Manner, find_picks, find_places, manners, radius
 
 Array = NDArray[np.float64]
 
@@ -109,7 +109,7 @@ def pick_poses(
         view.base = pose
         return view.own_shadow(middle, radius(percept)) < _SHADOW and view.sees(middle)
 
-    yield from _in_any_manner(worlds, costmap, body, percept.pose.position, prove, rng, sees_it, pitch)
+    yield from _in_any_manner(worlds, costmap, body, percept.pose.position, prove, rng, sees_it, manners(pitch))
 
 
 def place_poses(
@@ -124,11 +124,11 @@ def place_poses(
     """Base poses for putting down what an arm holds."""
     world, carrying = worlds
     posture = carrying.arm(arm)
-    hopeless: set[bytes] = set()
+    hopeless: dict[Manner, set[bytes]] = {manner: set() for manner in PLACING}
 
     def prove(_: Arm, manner: Manner) -> bool:
         carrying.set_arm(arm, posture)
-        search = find_places(world, carrying, held, arm, position, posture, rng, _COMPLETIONS, hopeless, manner)
+        search = find_places(world, carrying, held, arm, position, posture, rng, _COMPLETIONS, hopeless[manner], manner)
         return any(plan is not None for plan in search)
 
     def sees_where(pose: BasePose) -> bool:
@@ -137,7 +137,7 @@ def place_poses(
             position
         )
 
-    yield from _in_any_manner({arm: worlds}, costmap, body, position, prove, rng, sees_where)
+    yield from _in_any_manner({arm: worlds}, costmap, body, position, prove, rng, sees_where, PLACING)
 
 
 def handle_poses(
@@ -214,10 +214,10 @@ def _in_any_manner(
     prove: Callable[..., bool],
     rng: np.random.Generator,
     preferred: Callable[[BasePose], bool],
-    pitch: float | None = None,
+    ways: tuple[Manner, ...],
 ) -> Iterator[BasePose | None]:
     """Base poses for the best manner for which there are any."""
-    for manner in manners(pitch):
+    for manner in ways:
         found = False
         way = partial(prove, manner=manner)
         for pose in _proven(worlds, costmap, body, point, way, rng, preferred=preferred):

@@ -78,16 +78,28 @@ class Manner:
     Attributes:
         over: The open hand comes down over the object and rises from it, instead of moving along its fingers.
         strict: Only grasps with the pitch that is wanted.
+        roomy: What is carried keeps well away from other objects.
     """
 
     over: bool = False
     strict: bool = False
+    roomy: bool = False
 
 
 def manners(pitch: float | None = None) -> tuple[Manner, ...]:
-    """The manners to try, the best first: what is grasped with another pitch than wanted must be set down again."""
+    """The manners of picking up, the best first: what is not grasped as wanted must be set down again.
+
+    Args:
+        pitch: How steeply the hand should come down, if that matters [rad].
+    """
     usual = (Manner(), Manner(over=True))
     return usual if pitch is None else (Manner(strict=True), *usual)
+
+
+PLACING = (Manner(roomy=True), Manner(), Manner(over=True))
+"""The manners of putting down, the best first."""
+_ROOMY = 0.016
+"""Kept from other objects if possible: camera, hand and arm may each err by a few millimetres [m]."""
 
 
 def radius(percept: Percept) -> float:
@@ -189,6 +201,10 @@ def find_places(
     """
     hopeless = set() if hopeless is None else hopeless
     top = position[2] + held.percept.extent[2] if manner.over else None
+    if manner.roomy:
+        carrying.widen_objects(_ROOMY)
+    else:
+        carrying.widen_objects()
     for lift in LIFTS:
         carrying.set_arm(arm, posture)
         tried: Counter[bytes] = Counter()
