@@ -81,7 +81,9 @@ class Touch:
                 for index in touching
                 if not self._robot[other := int(data.contact.geom[index][~mine[index]][0])]
             }
-            stood_on, away = self._standing.get(name, (frozenset(others), 0))
+            stood_on, away = self._standing.get(name, (frozenset(), 0))
+            if not stood_on and away < _LEFT:  # The fingers may have lifted it a little when they closed.
+                stood_on = frozenset(others)
             away = 0 if stood_on & others.keys() else away + 1
             self._standing[name] = (stood_on if away < _LEFT else frozenset(), away)
             for thing, upward in others.items():
