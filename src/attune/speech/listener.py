@@ -127,7 +127,8 @@ class Listener:
                 changes, stop_word = await self._clock.run_in_thread(hear)
                 if stop_word:
                     self._tell_stop(stop_word, frame.end)
-                if self._review.takes_back(self._partial, frame.end, speaking=ears.endpointer.speaking):
+                speaking, sure = ears.endpointer.speaking, ears.spotter.overrules(doubtful=False)
+                if self._review.takes_back(self._partial, frame.end, speaking=speaking, sure=sure):
                     self._take_back()
                 for problem in levels.accept(raw, speaking=ears.endpointer.speaking):
                     self._warn(problem)

@@ -44,13 +44,14 @@ class StopReview:
         was_open, self._spotted = self._spotted is not None, None
         return was_open
 
-    def takes_back(self, partial: str, time: float, *, speaking: bool) -> bool:
+    def takes_back(self, partial: str, time: float, *, speaking: bool, sure: bool) -> bool:
         """Whether the spotted stop is to be taken back now.
 
         Args:
             partial: What was understood so far of the utterance that is going on; "" without one.
             time: Now [s].
             speaking: Somebody speaks at this moment.
+            sure: The stop was spotted so surely, or in such noise, that a text so far does not count against it.
         """
         if self._spotted is None:
             return False
@@ -60,7 +61,7 @@ class StopReview:
             takes_back = speaking and since >= _LONGEST_ORDER
         else:
             self._doubtful = time if self._doubtful is None else self._doubtful
-            takes_back = since >= _LONGEST_DOUBT or (speaking and time - self._doubtful >= _DOUBT)
+            takes_back = since >= _LONGEST_DOUBT or (speaking and not sure and time - self._doubtful >= _DOUBT)
         if takes_back:
             self._spotted = None
             return True
