@@ -13,7 +13,7 @@ _SHORT = 1.2
 """A shout is no longer than this [s]: in it a spotted stop is evidence about its words."""
 _BELIEVED = 0.5
 """Confidence of a stop that both have heard."""
-_LONGEST_DOUBT = 1.2
+_LONGEST_DOUBT = 1.4
 """No text can be expected to make it a stop after this long [s]; the final one still may."""
 _LONGEST_ORDER = 1.3
 """An order to stop does not go on for longer than this after the word [s]: whoever still speaks then talks of something
