@@ -2,12 +2,9 @@
 
 from collections.abc import Callable
 from pathlib import Path
-from typing import TYPE_CHECKING, Annotated, cast, get_args
+from typing import Annotated, cast, get_args
 
 import typer
-
-if TYPE_CHECKING:
-    from attune.speech.audio import Frame
 
 
 def eval_speech(
@@ -45,6 +42,7 @@ def eval_speech(
     from attune.evaluation.speech import Ears, evaluate_speech
     from attune.evaluation.speech_samples import held_out_speakers, read_samples, synthetic_set
     from attune.speech.age.hub import require
+    from attune.speech.audio import Frame
     from attune.speech.choice import choose_recogniser
     from attune.speech.echo import make_cleaner
 
