@@ -6,7 +6,9 @@ from pathlib import Path
 import numpy as np
 import pytest
 import soundfile
+from typer.testing import CliRunner
 
+from attune.cli.main import app
 from attune.evaluation.speakers import people
 from attune.evaluation.speech import Ears, SpeechEvaluation, evaluate_speech
 from attune.evaluation.speech_report import figures, to_data, to_markdown, write_report
@@ -116,6 +118,19 @@ def test_common_voice_is_read_and_compared_with_the_paper(ears: Ears, tmp_path: 
     assert "14.84 %" in text
     assert "5.20 %" in text
     assert "off-topic" not in text
+
+
+def test_the_command_measures_a_list_of_recordings(tmp_path: Path) -> None:
+    soundfile.write(tmp_path / "a.wav", ANNA.say("bring me the red bowl"), 16000)
+    (tmp_path / "list.jsonl").write_text(json.dumps({"audio": "a.wav", "text": "bring me the red bowl"}))
+    out = tmp_path / "out"
+    result = CliRunner().invoke(
+        app, ["eval", "speech", str(tmp_path / "list.jsonl"), "--asr", "sphinx", "--snr", "20", "--out", str(out)]
+    )
+    assert result.exit_code == 0, result.output
+    found = json.loads((out / "speech.json").read_text())["figures"]
+    assert list(found) == ["clean", "pink noise, 20 dB"]
+    assert found["clean"]["recordings"]["word error rate [%]"] == 0
 
 
 def test_a_bad_list_is_named_with_its_line(tmp_path: Path) -> None:
