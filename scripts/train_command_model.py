@@ -1,4 +1,4 @@
-"""Makes the weights of the command model from the written sentences in `scripts/understanding`.
+"""Makes the weights of the command model from the written sentences in `scripts/understanding` and some sampled ones.
 
     python scripts/train_command_model.py
 
@@ -8,7 +8,7 @@ Needs scipy (in the `dev` extra). Prints how often the model alone is right on s
 import json
 import sys
 from collections import Counter
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Iterator, Sequence
 from pathlib import Path
 from typing import Any
 
@@ -18,14 +18,18 @@ from scipy.optimize import minimize
 from scipy.sparse import csr_matrix
 
 from attune.cli.understanding import LineContext
+from attune.core.messages import ObjectSpec
 from attune.core.scene import load_scene
-from attune.dialogue.corpus import scene_lexicon
+from attune.dialogue.context import Context, TaskContext
+from attune.dialogue.corpus import Sampler, scene_lexicon
 from attune.dialogue.grammar.command_model import COMMANDS, features
 from attune.dialogue.grammar.interpreter import GrammarInterpreter
+from attune.dialogue.interpreter import CommandIntent
 
 SENTENCES = Path(__file__).parent / "understanding"
 WEIGHTS = Path(__file__).parents[1] / "src/attune/data/command_model.npz"
 FOLDS = 4
+SAMPLED = 40
 SEEN_AT_LEAST = 2
 PENALTY = 1e-3
 STEPS = 80
@@ -45,7 +49,21 @@ def read() -> tuple[list[frozenset[str]], NDArray[np.int64]]:
             sentence, lexicon = interpreter.sentence(line["utterance"], context)
             seen.append(frozenset(features(sentence, context, lexicon)))
             commands.append(COMMANDS.index(line["expect"]["command"]))
+    for text, context, command in _sampled():
+        sentence, lexicon = interpreter.sentence(text, context)
+        seen.append(frozenset(features(sentence, context, lexicon)))
+        commands.append(COMMANDS.index(command))
     return seen, np.array(commands)
+
+
+def _sampled() -> Iterator[tuple[str, Context, CommandIntent]]:
+    """Plain sentences of the recogniser's grammar, of which people write few."""
+    sampler = Sampler(scene_lexicon(load_scene()), seed=1)
+    busy = Context(task=TaskContext(objects=(ObjectSpec(type="cup", color="red"),)))
+    for intent in ("setting_breakfast", "stop", "dont_stop", "carry_on", "put_back", "style", "status"):
+        command: CommandIntent = intent if intent in {"setting_breakfast", "stop"} else "other"  # type: ignore[assignment]
+        for number in range(SAMPLED):
+            yield sampler.sentence(intent), busy if number % 2 else Context(), command
 
 
 def fit(seen: Sequence[frozenset[str]], commands: NDArray[np.int64]) -> tuple[list[str], Matrix, Matrix]:

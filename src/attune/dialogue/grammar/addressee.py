@@ -80,7 +80,11 @@ def is_for_someone_else(tokens: Sequence[Token], lexicon: Lexicon) -> bool:
         if rest[0] in _TO_YOU and not _THIRD_PERSON.match(" ".join(rest)):
             # "anna is here" speaks about her, "anna did you ..." to her; neither is for the robot.
             return True
-    if _calls_a_stranger(tokens, words, at, lexicon) or _REPORTS.match(" ".join(words)):
+    if (
+        _names_somebody_in_between(words, lexicon)
+        or _calls_a_stranger(tokens, words, at, lexicon)
+        or _REPORTS.match(" ".join(words))
+    ):
         return True
     if _TELLS_WHAT_SOMEBODY_SAYS.match(" ".join(words)):
         return True
@@ -91,6 +95,14 @@ def is_for_someone_else(tokens: Sequence[Token], lexicon: Lexicon) -> bool:
     if words[0] != "you":
         called -= lexicon.robot  # "leave it be, sweetheart", but not "you take the fork, sweetie"
     return end >= 3 and words[end - 1] in called and words[end - 2] in {",", "you"}
+
+
+def _names_somebody_in_between(words: Sequence[str], lexicon: Lexicon) -> bool:
+    """Whether a name stands between commas: "a bigger plate, Steve, this one is silly". A stop is never lost to it."""
+    return "stop" not in words and any(
+        word in lexicon.names and before == "," and after in {",", "."}
+        for before, word, after in zip(words, words[1:], words[2:], strict=False)
+    )
 
 
 def _calls_a_stranger(tokens: Sequence[Token], words: Sequence[str], at: int, lexicon: Lexicon) -> bool:
