@@ -37,6 +37,16 @@ _CUT_OFF = re.compile(
     r"\bT\d+\b.*\b(?:to|in|on|from|into|onto|at) (?:the|a|an|my|our)[ .,]*$|"
     r"\bT\d+ (?:(?:to|and|or|from|into|onto)(?: the| a| my)?|(?:on|in|of|with|at) (?:the|a|my))[ .,]*$"
 )
+_UNKNOWN_PLACE = re.compile(
+    r"\bT\d+(?: please| over| down| back)? (?:to|into|onto) (?:the|my|our) (?P<to>(?!T\d|P\d)[a-z]+(?: room)?)\b|"
+    r"\b(?:put|place|set|leave|lay|stick|pop|stand|drop|store) T\d+ (?:in|on|under|behind|beside|next to) "
+    r"(?:the|my|our) (?P<at>(?!T\d|P\d)[a-z]+(?: room)?)\b"
+)
+_NO_PLACES = words(
+    "morning evening afternoon night day weekend way double moment meantime end middle minute side left right top back "
+    "front house kitchen place spot usual same corner lady man guest guests family girl boy old other one very next "
+    "first last wife husband boss patient others person people visitors seat"
+)
 _BEFORE_A_NAME = words(
     "hey hello hi dear okay please oh yes no so well now excuse me listen look good morning thank you , ."
 )
@@ -158,7 +168,7 @@ class GrammarInterpreter:
         wanted = self._wanted(text, sentence, context, lexicon, said)
         if wants_breakfast(self._plain_of(text, sentence), bool(wanted.add)):
             return Interpretation(intent="setting_breakfast", confidence=0.92, reason="asks for breakfast")
-        result = _decide(wanted, text, context, said)
+        result = _elsewhere(wanted, text, lexicon) or _decide(wanted, text, context, said)
         if result is not None:
             return _answering(result, question.options, context) if context.pending_question else result
         return self._no_request(plain, text, wanted, has_things)
@@ -208,6 +218,18 @@ class GrammarInterpreter:
                 self._extended.popitem(last=False)
         self._extended.move_to_end(key)
         return self._extended[key]
+
+
+def _elsewhere(wanted: Wanted, text: str, lexicon: Lexicon) -> Interpretation | None:
+    """A thing shall go where the robot does not know a place: that is asked back, not brought somewhere else."""
+    named = _UNKNOWN_PLACE.search(text)
+    if named is None or wanted.destination or not (wanted.asked and wanted.add):
+        return None
+    place = named["to"] or named["at"]
+    if place in _NO_PLACES | lexicon.people | lexicon.names:
+        return None
+    reason = "names a place it does not know"
+    return Interpretation(intent="unknown_object", unknown=place, confidence=0.7, reason=reason)
 
 
 def _answering(meaning: Interpretation, options: Sequence[ObjectSpec], context: Context) -> Interpretation:
