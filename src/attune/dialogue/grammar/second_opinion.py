@@ -40,6 +40,7 @@ SOMEBODY_CALLED = 0.85
 # How much likelier a command is when the rules found it; measured by cross-validation on unseen sentences.
 _TRUST_IN_BRING_ME = math.exp(1)
 _TRUST_IN_OTHERS = math.exp(2)
+_TRUST_IN_A_CONTRAST = math.exp(4)
 _TRUST_IN_NOTHING = math.exp(1.5)
 _MISSING_A_STOP_IS_WORSE = 1.5
 _LIKELY = 0.4
@@ -112,4 +113,6 @@ _MORE_THAN_CANCELLING = frozenset({"replace_object", "setting_breakfast"})
 def _trust(meaning: Interpretation) -> float:
     if meaning.intent in NOTHING_FOUND and meaning.confidence < SOMEBODY_CALLED:
         return _TRUST_IN_NOTHING
+    if meaning.intent == "replace_object":
+        return _TRUST_IN_A_CONTRAST
     return _TRUST_IN_BRING_ME if meaning.intent == "bring_me" else _TRUST_IN_OTHERS
