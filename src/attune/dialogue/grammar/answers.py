@@ -124,6 +124,12 @@ def _options(text: str, context: Context, reader: PhraseReader, whole: str) -> t
     return tuple(dict.fromkeys(options))
 
 
+_BRING_IT = re.compile(
+    r"(?:(?:yes|please|okay|sure|go on|oui|then|,) ?)+(?:please )?(?:bring|fetch|get)"
+    r"(?: (?:it|that|them|me that|me it|please|over|,))*"
+)
+
+
 def read_answer(text: str, sentence: Sentence, question: Question, context: Context) -> Interpretation | None:  # noqa: PLR0911, PLR0912 - one rule per return
     """What an answer means; None when it answers nothing (a new request, or talk).
 
@@ -134,6 +140,8 @@ def read_answer(text: str, sentence: Sentence, question: Question, context: Cont
         context: The situation.
     """
     text = text.strip(" .,?")
+    if len(question.options) == 1 and _BRING_IT.fullmatch(text):
+        return _chosen(question.options)
     if _REQUEST.search(text) or _ASKS.match(text):
         return None
     if question.kind == "place":

@@ -40,7 +40,10 @@ ONLY_CHANGE = re.compile(
     r"perfect|lovely|ideal|easier|handier|more \w+)|P\d+ (?:is|seems) (?:\w+ )?(?:better|best|nicer|preferable)|"
     r"\b(?:destination|location|place|spot|goal|target)\b.*? P\d+"
 )
-TRAVEL = re.compile(r"\b(?:go|look|check|open|head|walk|drive|search|run|peek|have a look|come|hop|roll)\b")
+TRAVEL = re.compile(
+    r"\b(?:go|look|check|open|head|walk|drive|search|run|peek|have a look|come|hop|roll|nip|pop|dash|whizz|"
+    r"trundle|wander|pass)\b"
+)
 PASSIVE = re.compile(
     r"T\d+ (?:should|must|needs? to|has to|have to) (?:go|be|be put|be placed|be brought)(?: over| back)? P\d+|"
     r"(?:can|could|would|may|should) T\d+(?: please)? (?:be|get) (?:brought|fetched|put|placed|taken|delivered|"

@@ -14,7 +14,7 @@ from attune.dialogue.grammar.breakfast import wants_breakfast
 from attune.dialogue.grammar.clauses import ClauseCutter, Sentence, skeleton
 from attune.dialogue.grammar.corrections import settle
 from attune.dialogue.grammar.phrases import PhraseReader
-from attune.dialogue.grammar.references import fits, object_spoken_of
+from attune.dialogue.grammar.references import fits, in_their_roles, object_spoken_of
 from attune.dialogue.grammar.remarks import remark, status_question
 from attune.dialogue.grammar.requests import RequestReader, Wanted, same_request
 from attune.dialogue.grammar.second_opinion import CERTAIN, INSTRUCTIONS, NOTHING_FOUND, SOMEBODY_CALLED, SecondOpinion
@@ -84,7 +84,12 @@ class GrammarInterpreter:
         else:
             meaning = self._by_rules(tokens, context)
         answers = context.pending_question and meaning.intent in INSTRUCTIONS
-        return meaning if answers or meaning.intent in CERTAIN else self._second_opinion(meaning, tokens, context)
+        if not answers and meaning.intent not in CERTAIN:
+            meaning = self._second_opinion(meaning, tokens, context)
+        if meaning.intent == "replace_object":
+            add, remove = in_their_roles(meaning.add, meaning.remove, context.recent)
+            meaning = replace(meaning, add=add, remove=remove)
+        return meaning
 
     def sentence(self, text: str, context: Context = NOTHING_KNOWN) -> tuple[Sentence, Lexicon]:
         """An utterance as the skeleton that the command model judges, with the words of this situation."""

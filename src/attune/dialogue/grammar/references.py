@@ -44,6 +44,23 @@ def object_spoken_of(
     return _plain(recent[0]) if recent else None
 
 
+def in_their_roles(
+    add: Sequence[ObjectSpec], remove: Sequence[ObjectSpec], recent: Sequence[ObjectSpec]
+) -> tuple[tuple[ObjectSpec, ...], tuple[ObjectSpec, ...]]:
+    """What comes and what goes: what the robot is about already is not wanted anew by who wants something instead."""
+
+    def about(spec: ObjectSpec) -> bool:
+        return any(spec.type == has.type and is_described_by(replace(spec, location=""), has) for has in recent)
+
+    old = tuple(spec for spec in add if about(spec))
+    new = tuple(spec for spec in add if spec not in old)
+    if old and new:
+        return new, tuple(spec for spec in remove if spec not in new) or old
+    if old and remove and not any(about(spec) for spec in remove):
+        return tuple(remove), old
+    return tuple(add), tuple(remove)
+
+
 def resolve(  # noqa: PLR0911 - one rule per return
     thing: Thing, context: Context, before: Sequence[ObjectSpec], said: Sequence[ObjectSpec]
 ) -> ObjectSpec | None:

@@ -132,7 +132,7 @@ YES = re.compile(
     r"(?:would be|is) fine|i do|i did|why not|go on|that is what i (?:said|meant|want|wanted)|i said that|"
     r"good idea|perfect|by all means|affirmative|very well|great|fine|"
     r"that one|that is (?:the one|it)|"
-    r"thank you|thanks|(?:nice|kind|good|sweet|lovely) of you|i would|"
+    r"thank you|thanks|of you|(?:lovely|great|nice|excellent|splendid) idea|i would|"
     r"i would like that|i would love that|please yes|you may|oh|and|then|that|with me|"
     r"by me|it is|they are|if you (?:could|would|like|want|must)|lovely|good|robot|well|would you|,|\.|do|so|"
     r"be so kind|i think so|right then|dear|just) ?)+$"

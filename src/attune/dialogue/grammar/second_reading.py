@@ -62,6 +62,8 @@ class SecondReading:
         unwanted, _ = refused(cutter.cut(self._text), self._sentence.things, self._sentence.spots, self._context)
         if command == "replace_object":
             unwanted |= self._brought_already(unwanted)
+        else:
+            unwanted |= self._there_already(unwanted)
         wanted = self._asked_for(unwanted)
         if not wanted.add:
             return None
@@ -97,6 +99,18 @@ class SecondReading:
             and any(is_described_by(replace(spec, type="", location=""), has) for has in about)
         }
         return next((old for old in (of_a_type, described) if 0 < len(old) < len(numbers)), set())
+
+    def _there_already(self, unwanted: set[int]) -> set[int]:
+        """Of several things, those that the robot is about and that are only mentioned: "a fork with that plate"."""
+        numbers = {int(number) for number in re.findall(r"\bT(\d+)", self._text)} - unwanted
+        things = {number: self._sentence.things[number] for number in numbers}
+        old = {
+            number
+            for number, thing in things.items()
+            if thing.definite and thing.head == "noun" and not thing.other
+            and any(thing.spec.type == has.type and is_described_by(thing.spec, has) for has in self._context.recent)
+        }  # fmt: skip
+        return old if len(old) < len(numbers) else set()
 
     def _replaced(self, wanted: Wanted, unwanted: set[int]) -> tuple[ObjectSpec, ...]:
         things = [self._sentence.things[number] for number in sorted(unwanted)]

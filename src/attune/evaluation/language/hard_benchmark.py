@@ -2,7 +2,8 @@
 
 Nobody tunes an interpreter on these sentences. `hard` was written before its author had seen a rule; its errors are
 looked at by their cause, and the cause is mended for all sentences like it. `fresh` was written later, by the same
-author; its errors are only counted, so that one figure stays honest. Whoever works from them writes a new `fresh`.
+author and two others; its errors are only counted, so that one figure stays honest. Whoever works from them writes a
+new `fresh`. The command model has learnt from neither.
 """
 
 from importlib import resources
