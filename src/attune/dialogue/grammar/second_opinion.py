@@ -38,7 +38,7 @@ SOMEBODY_CALLED = 0.85
 """The rules' confidence that somebody else is spoken to, when they say so by a name."""
 
 # How much likelier a command is when the rules found it; measured by cross-validation on unseen sentences.
-_TRUST_IN_BRING_ME = math.exp(1)
+_TRUST_IN_BRING_ME = math.exp(1.5)
 _TRUST_IN_OTHERS = math.exp(2)
 _TRUST_IN_A_CONTRAST = math.exp(4)
 _TRUST_IN_NOTHING = math.exp(1.5)
