@@ -20,7 +20,8 @@ from attune.speech.choice import choose_recogniser
 from attune.speech.endpointing import Endpointer, SpeechBegan, SpeechEnded
 from attune.speech.levels import LevelMonitor, Problem, advice
 from attune.speech.recogniser import Recogniser, Recognition
-from attune.speech.stop_review import StopReview, overruled
+from attune.speech.stop_judge import StopJudge
+from attune.speech.stop_review import Evidence, StopReview, overruled
 from attune.speech.stop_spotter import StopSpotter
 from attune.speech.stop_words import reads_as_stop
 
@@ -39,6 +40,7 @@ class _Ears:
     endpointer: Endpointer
     spotter: StopSpotter
     recogniser: Recogniser
+    judge: StopJudge
 
 
 class Listener:
@@ -108,7 +110,7 @@ class Listener:
             chosen = choose_recogniser(self._config, self._sentences)
             get_logger("speech").info("recogniser", name=chosen.recogniser.name, reason=chosen.reason)
             recogniser = chosen.recogniser
-        return _Ears(Endpointer(self._config), StopSpotter(), recogniser)
+        return _Ears(Endpointer(self._config), StopSpotter(), recogniser, StopJudge())
 
     async def _watch(self, ears: _Ears, send: MemoryObjectSendStream[_Heard]) -> None:
         was_speaking = False
@@ -183,12 +185,20 @@ class Listener:
         recognition, estimate = await self._clock.run_in_thread(finish)
         self._partial = ""
         ears.spotter.end_utterance()
-        awaited = self._review.decided()
-        doubtful = not recognition.in_domain or recognition.confidence < _SURE
-        if awaited and not ended.is_noise and ears.spotter.overrules(doubtful=doubtful):
-            recognition = overruled(recognition, ended.end - ended.start, self._is_stop)
+        was_open, was_spotted = self._review.open, self._review.decided(ended.start)
+        if not ended.is_noise:
+            doubtful = not recognition.in_domain or recognition.confidence < _SURE
+            text = recognition.text
+            evidence = Evidence(
+                spotted=was_spotted,
+                sure=was_spotted and ears.spotter.overrules(doubtful=doubtful),
+                seconds=ended.end - ended.start,
+                lead=lambda: ears.judge.lead(samples, text),
+            )
+            heard = recognition
+            recognition = await self._clock.run_in_thread(lambda: overruled(heard, evidence, self._is_stop))
         if ended.is_noise or not recognition.text or recognition.confidence < _HOPELESS:
-            if awaited:
+            if was_open:
                 self._take_back()
             return
         now = self._clock.now()
