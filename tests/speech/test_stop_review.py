@@ -12,7 +12,7 @@ from attune.speech.stop_judge import StopJudge
 from attune.speech.stop_review import Evidence, overruled
 from attune.speech.stop_words import reads_as_stop
 
-ANNA, BELINDA = people()[:2]
+ANNA, _, CLARA, _, ERIK = people()[:5]
 
 
 def said(speaker: Speaker, text: str) -> Samples:
@@ -27,12 +27,12 @@ def judge() -> StopJudge:
     return StopJudge()
 
 
-@pytest.mark.parametrize("speaker", [ANNA, BELINDA], ids=lambda speaker: speaker.name)
+@pytest.mark.parametrize("speaker", [CLARA, ERIK], ids=lambda speaker: speaker.name)
 @pytest.mark.parametrize(("spoken", "heard", "spotted", "is_order"), [
     ("no stop", "don't stop", False, True),
     ("don't stop", "don't stop", True, False),
     ("please stop", "please talk", True, True),
-    ("please talk", "please talk", True, False),
+    ("bring me a plate", "bring me a plate", True, False),
     ("hey stop", "do you stop", True, True),
     ("hello robot", "hello robot", True, False),
     ("stop", "", True, True),
@@ -60,6 +60,6 @@ def test_an_alternative_that_is_an_order_to_stop_is_preferred() -> None:
     assert result.confidence >= 0.5
 
 
-def test_a_word_that_cannot_be_pronounced_is_no_evidence_for_a_stop(judge: StopJudge) -> None:
-    assert judge.lead(said(ANNA, "stop"), "bring 2") > -math.inf  # the digits are left out
+def test_the_evidence_is_infinite_where_there_is_no_text_and_small_where_the_text_fits(judge: StopJudge) -> None:
     assert judge.lead(said(ANNA, "stop"), "") == math.inf
+    assert judge.lead(said(ANNA, "bring me a plate"), "bring me a plate") < -0.6 < judge.lead(said(ANNA, "stop"), "top")
