@@ -25,7 +25,7 @@ _SAMPLES = 250
 """Base poses drawn at once."""
 _ROUNDS = 6
 """Times that so many are drawn, at most."""
-_ENOUGH = 15
+_ENOUGH = 40
 """Free ones after which no more are drawn."""
 _NEAREST, _FARTHEST = 0.35, 0.85
 """Of the shoulder from the target, over the floor [m]."""
