@@ -16,6 +16,8 @@ from attune.dialogue.lexicon import Group, Lexicon, load_lexicon
 _SYMBOL = re.compile(r"<(\w+)>")
 _CHOICE = re.compile(r"\(([^()]*)\)")
 _POSSESSIVES = frozenset({"my", "your", "his", "her"})
+_AGES = 0.01
+"""Share of stated ages: seldom said, but each number has to be known."""
 _CANONICAL_SHARE = 0.85
 """How often a thing is called by its plainest name; its synonyms share the rest."""
 
@@ -48,7 +50,9 @@ def domain_sentences(scene: Scene, count: int = 8000, seed: int = 0) -> list[str
     """
     sampler = Sampler(scene_lexicon(scene), seed)
     coverage = sampler.coverage()[:count]
-    return coverage + [sampler.sentence() for _ in range(count - len(coverage))]
+    sampled = [sampler.sentence() for _ in range(count - len(coverage))]
+    ages = [sampler.sentence("age") for _ in range(round(_AGES * len(sampled)))]
+    return coverage + sampled[len(ages) :] + ages
 
 
 def scene_lexicon(scene: Scene, base: Lexicon | None = None) -> Lexicon:
