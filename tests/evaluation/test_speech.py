@@ -23,6 +23,8 @@ from attune.evaluation.speech_samples import (
 from attune.speech.sphinx import SphinxRecogniser
 
 ANNA = people()[0]
+ERIK = people()[4]
+"""His voice, unlike Anna's breathy one, is the same in every process."""
 SENTENCES = ["bring me a cup", "bring me the red bowl", "put it on the table", "stop", "please stop", "don't stop"] * 5
 KEYWORDS = frozenset({"cup", "bowl", "red", "blue", "table"})
 
@@ -121,8 +123,8 @@ def test_common_voice_is_read_and_compared_with_the_paper(ears: Ears, tmp_path: 
 
 
 def test_the_command_measures_a_list_of_recordings(tmp_path: Path) -> None:
-    soundfile.write(tmp_path / "a.wav", ANNA.say("bring me the red bowl"), 16000)
-    (tmp_path / "list.jsonl").write_text(json.dumps({"audio": "a.wav", "text": "bring me the red bowl"}))
+    soundfile.write(tmp_path / "a.wav", ERIK.say("bring me a cup"), 16000)
+    (tmp_path / "list.jsonl").write_text(json.dumps({"audio": "a.wav", "text": "bring me a cup"}))
     out = tmp_path / "out"
     result = CliRunner().invoke(
         app, ["eval", "speech", str(tmp_path / "list.jsonl"), "--asr", "sphinx", "--snr", "20", "--out", str(out)]

@@ -9,7 +9,7 @@ from attune.core.bus import COMMAND, OUTCOME, REPLY, UTTERANCE
 from attune.core.clock import VirtualClock, run
 from attune.core.config import Config, with_values
 from attune.dialogue.profiles import ProfileStore
-from attune.evaluation.speakers import Speaker, UserAudio
+from attune.evaluation.speakers import UserAudio, people
 from attune.session.session import Session
 
 SOUNDS_YOUNG = m.AgeEstimate(probabilities=(0.19,) * 5 + (0.0125,) * 4, band="younger", confidence=0.95, source="model")
@@ -113,7 +113,7 @@ def test_spoken_aloud_it_counts_as_well(config: Config) -> None:
     outcomes: list[m.CommandOutcome] = []
     heard: list[m.Utterance] = []
     clock = VirtualClock()
-    anna = UserAudio(clock, Speaker())
+    anna = UserAudio(clock, people()[4])
 
     async def main() -> None:
         session = Session(config, clock, audio=anna)
