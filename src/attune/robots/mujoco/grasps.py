@@ -7,6 +7,7 @@ collision tests to say: they close the imagined fingers and look whether both pa
 
 from collections.abc import Iterator
 from dataclasses import dataclass
+from functools import lru_cache
 
 import numpy as np
 from numpy.typing import NDArray
@@ -47,14 +48,15 @@ class Grasp:
         return float(np.arcsin(np.clip(-self.tool.rotation[2, 0], -1.0, 1.0)))
 
 
-def grasps_for(percept: Percept, pitch: float | None = None) -> list[Grasp]:
+@lru_cache(maxsize=8)  # A search for base poses asks again at each of them.
+def grasps_for(percept: Percept, pitch: float | None = None) -> tuple[Grasp, ...]:
     """Candidates for an object that stands or lies as perceived, best first: such with this pitch [rad], if given."""
     frame = frame_of(percept.pose)
     width, depth, height = percept.extent
     found = [*_pinches(frame, width, depth, height, pitch)]
     if min(width, depth) > _WIDEST:
         found += _rims(frame, width, depth, height)
-    return sorted(found, key=lambda grasp: grasp.cost)
+    return tuple(sorted(found, key=lambda grasp: grasp.cost))
 
 
 def _hand(position: Array, heading: float, pitch: float) -> Frame:
