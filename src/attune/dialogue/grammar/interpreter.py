@@ -16,10 +16,11 @@ from attune.dialogue.grammar.corrections import settle
 from attune.dialogue.grammar.phrases import PhraseReader
 from attune.dialogue.grammar.references import fits, in_their_roles, object_spoken_of
 from attune.dialogue.grammar.remarks import remark, status_question
-from attune.dialogue.grammar.requests import RequestReader, Wanted, same_request
+from attune.dialogue.grammar.requests import RequestReader
 from attune.dialogue.grammar.second_opinion import CERTAIN, INSTRUCTIONS, NOTHING_FOUND, SOMEBODY_CALLED, SecondOpinion
 from attune.dialogue.grammar.stopping import find_stop, without_denied_stops
 from attune.dialogue.grammar.tokens import Token, tokenize
+from attune.dialogue.grammar.wanted import Wanted, same_request
 from attune.dialogue.interpreter import Interpretation
 from attune.dialogue.lexicon import Lexicon, load_lexicon
 from attune.dialogue.words import words

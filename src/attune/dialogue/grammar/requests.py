@@ -2,7 +2,7 @@
 
 import re
 from collections.abc import Sequence
-from dataclasses import dataclass, field, replace
+from dataclasses import replace
 
 from attune.core.messages import ObjectSpec
 from attune.dialogue.context import Context
@@ -11,29 +11,9 @@ from attune.dialogue.grammar.clauses import Clause, ClauseKind, Sentence
 from attune.dialogue.grammar.corrections import MARKER
 from attune.dialogue.grammar.items import Spot, Thing, described
 from attune.dialogue.grammar.polarity import goes_to, refused
-from attune.dialogue.grammar.references import fits, is_described_by, object_spoken_of, resolve
+from attune.dialogue.grammar.references import is_described_by, object_spoken_of, resolve
+from attune.dialogue.grammar.wanted import Wanted
 from attune.dialogue.lexicon import Lexicon
-
-
-@dataclass(slots=True)
-class Wanted:
-    """What one utterance asks for, while it is read."""
-
-    add: list[ObjectSpec] = field(default_factory=list)
-    definite: list[bool] = field(default_factory=list)
-    remove: list[ObjectSpec] = field(default_factory=list)
-    destination: str = ""
-    moves: bool = False
-    put_back: bool = False
-    contrast: bool = False
-    unresolved: bool = False
-    indirect: bool = False
-    pronoun: bool = False
-    asked: bool = False
-    framed: bool = False
-    unknown: str = ""
-    unknown_place: str = ""
-    topics: list[ObjectSpec] = field(default_factory=list)
 
 
 class RequestReader:
@@ -248,7 +228,6 @@ class RequestReader:
             self._things[n].spec for n in positive if self._things[n].head == "noun" and not self._things[n].unknown
         ]
         positive = [n for n in positive if not re.search(rf"\bT\d+(?: P\d+)? or T{n}\b", body)]
-        added: list[int] = []
         for index, number in enumerate(positive):
             thing = self._things[number]
             if thing.unknown:
@@ -256,8 +235,7 @@ class RequestReader:
                 continue
             if thing.head != "noun" and not self._nouns and later and index < len(positive) - 1:
                 self._nouns.append(later[0])  # "the red and the blue cup"
-            if self._add(number, clause):
-                added.append(len(self._wanted.add) - 1)
+            self._add(number, clause)
         if not numbers and kind in {"fetch", "put"}:
             self._pronoun(clause, body)
         self._places(body, kind, clause)
@@ -285,9 +263,8 @@ class RequestReader:
             return
         if self._wanted.add:
             return  # "get a cup and put it on the table"
-        topics = [spec for spec in self._wanted.topics]
-        if topics:
-            self._wanted.add.append(topics[-1])
+        if self._wanted.topics:
+            self._wanted.add.append(self._wanted.topics[-1])
             self._wanted.definite.append(True)
 
     def _places(self, body: str, kind: str, clause: Clause) -> None:
@@ -322,15 +299,15 @@ class RequestReader:
                 wanted.destination = spot.place
                 wanted.moves = wanted.moves or not numbers
             elif not numbers and wanted.add and spot.role == "from" and (wanted.pronoun or kind == "plain"):
-                self._locate(len(wanted.add) - 1, len(wanted.add), spot.place, "")  # "a fork; take it from the drawer"
+                wanted.locate(len(wanted.add) - 1, len(wanted.add), spot.place, "")  # "a fork; take it from the drawer"
             elif seen and wanted.add:
-                self._locate(max(first, 0), max(first, 0) + seen, spot.place, body[: match.start()])
+                wanted.locate(max(first, 0), max(first, 0) + seen, spot.place, body[: match.start()])
             else:
                 self._place_to_look = spot.place
         if not wanted.destination and self._place_mentioned and re.search(r"\bthere\b", body):
             wanted.destination = self._place_mentioned
         if self._place_to_look and numbers and wanted.add:
-            self._locate(max(first, 0), len(wanted.add), self._place_to_look, "")
+            wanted.locate(max(first, 0), len(wanted.add), self._place_to_look, "")
             self._place_to_look = ""
 
     def _is_destination(self, spot: Spot, kind: str, before: str, numbers: Sequence[int], seen: int) -> bool:
@@ -347,14 +324,6 @@ class RequestReader:
             return True
         indefinite = not self._things[last].definite
         return kind in {"wish", "plain"} and indefinite and spot.place in {"table", "countertop"}
-
-    def _locate(self, first: int, end: int, place: str, before: str) -> None:
-        """Give a place to the thing before it, and to those it is listed with without a pause."""
-        separate = re.search(r"(?:, and|\bP\d+ (?:and|,)|,) T\d+(?: \w+)?$", before.rstrip()) is not None
-        start = end - 1 if separate else first
-        for index in range(max(start, 0), min(end, len(self._wanted.add))):
-            spec = self._wanted.add[index]
-            self._wanted.add[index] = replace(spec, location=spec.location or place)
 
     def _add(self, number: int, clause: Clause) -> bool:
         thing = self._things[number]
@@ -469,7 +438,7 @@ class RequestReader:
             wanted.remove += [spec for spec in self._given_back if spec not in wanted.add]
             wanted.contrast = True
         if self._place_to_look and len(wanted.add) == 1:
-            self._locate(0, 1, self._place_to_look, "")  # "what I need from the drawer is a fork"
+            wanted.locate(0, 1, self._place_to_look, "")  # "what I need from the drawer is a fork"
         if wanted.moves and wanted.add and not wanted.asked and not wanted.destination:
             wanted.moves = False
         if not wanted.add:
@@ -479,8 +448,3 @@ class RequestReader:
 def clause_has_things(text: str) -> bool:
     """Whether a skeleton names any object."""
     return re.search(r"\bT\d+\b", text) is not None
-
-
-def same_request(spec: ObjectSpec, objects: Sequence[ObjectSpec]) -> bool:
-    """Whether the robot is already about this object."""
-    return any(has.type == spec.type and fits(spec, has) for has in objects)

@@ -10,7 +10,8 @@ from attune.dialogue.grammar import cues
 from attune.dialogue.grammar.clauses import Clause, ClauseCutter, Sentence
 from attune.dialogue.grammar.polarity import refused
 from attune.dialogue.grammar.references import is_described_by, object_spoken_of
-from attune.dialogue.grammar.requests import RequestReader, Wanted
+from attune.dialogue.grammar.requests import RequestReader
+from attune.dialogue.grammar.wanted import Wanted
 from attune.dialogue.interpreter import CommandIntent, Interpretation
 from attune.dialogue.lexicon import Lexicon
 

@@ -5,7 +5,7 @@ stop between any two steps. A step yields a whole motion that is free of collisi
 """
 
 from collections import Counter
-from collections.abc import Iterator
+from collections.abc import Collection, Iterable, Iterator
 from dataclasses import dataclass
 
 import numpy as np
@@ -23,6 +23,7 @@ from attune.robots.mujoco.pick_place import (
     LIFTS,
     PickPlan,
     PlacePlan,
+    Start,
     finish_pick,
     finish_place,
     pick_starts,
@@ -147,14 +148,7 @@ def find_picks(
             for grasp in grasps_for(percept, pitch)
             if _key(grasp.tool) not in hopeless and (wanted is None or abs(grasp.pitch - wanted) < _NEAR_PITCH)
         ]
-        tried: Counter[bytes] = Counter()
-        for start in pick_starts(world, arm, grasps, lift, top):
-            key = _key(start.frames[0])
-            if key in hopeless or tried[key] == _ALIKE:
-                continue
-            tried[key] += 1
-            if tried.total() > _STARTS:
-                break
+        for key, start in _worth_trying(pick_starts(world, arm, grasps, lift, top), hopeless):
             world.aim_at(percept.name)
             world.set_gripper(arm, pr2.GRIPPER_OPEN)
             world.set_arm(arm, start.keys[0])
@@ -207,14 +201,8 @@ def find_places(
         carrying.widen_objects()
     for lift in LIFTS:
         carrying.set_arm(arm, posture)
-        tried: Counter[bytes] = Counter()
-        for start in place_starts(carrying, arm, held.in_hand, held.upright, position, lift, top):
-            key = _key(start.frames[0])
-            if key in hopeless or tried[key] == _ALIKE:
-                continue
-            tried[key] += 1
-            if tried.total() > _STARTS:
-                break
+        starts = place_starts(carrying, arm, held.in_hand, held.upright, position, lift, top)
+        for key, start in _worth_trying(starts, hopeless):
             carrying.set_arm(arm, start.keys[0])
             if not carrying.hand_free(arm):
                 hopeless.add(key)
@@ -229,6 +217,19 @@ def find_places(
             if completions <= 0:
                 return
         yield None
+
+
+def _worth_trying(starts: Iterable[Start], hopeless: Collection[bytes]) -> Iterator[tuple[bytes, Start]]:
+    """So many candidates and no more, few of them with the same pose of the hand; each with the key of that pose."""
+    tried: Counter[bytes] = Counter()
+    for start in starts:
+        key = _key(start.frames[0])
+        if key in hopeless or tried[key] == _ALIKE:
+            continue
+        tried[key] += 1
+        if tried.total() > _STARTS:
+            return
+        yield key, start
 
 
 def _key(hand: Frame) -> bytes:
