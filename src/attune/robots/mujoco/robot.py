@@ -48,8 +48,8 @@ from attune.robots.simulated import TrueObject
 
 _STANDSTILL = 0.01
 """A robot whose joints are all slower than this stands still [rad/s or m/s]."""
-_POSES = 2
-"""Base poses that a search gives."""
+_VIEWS = 2
+"""Base poses to look from that a search gives; of others one: after a failure, the next search knows more."""
 _CUT_OFF = 6
 """Base poses without a way to them after which a search is given up."""
 _SURFACE_ERROR = 0.015
@@ -138,12 +138,13 @@ class MujocoRobot(Robot):
     # --- searching ----------------------------------------------------------------------------------------------
 
     async def base_poses(self, target: Target) -> Sequence[BasePose]:
-        """Up to three base poses to which a way leads and from which the target can be reached, best first."""
+        """A base pose to which a way leads and from which the target can be reached; to look from, up to two."""
         self._beliefs.feel_hands()
         costmap, body = await self._driving.floor()
         search = self._search(target, costmap)
         if search is None:
             return ()
+        wanted = _VIEWS if isinstance(target, LookTarget) else 1
         world, now = self._beliefs.imagine(), self._motions.base
         found: list[BasePose] = []
         cut_off = 0
@@ -155,7 +156,7 @@ class MujocoRobot(Robot):
                 found.append(pose)
             else:
                 cut_off += 1
-            if len(found) == _POSES or cut_off == _CUT_OFF:
+            if len(found) == wanted or cut_off == _CUT_OFF:
                 break
         return tuple(found)
 

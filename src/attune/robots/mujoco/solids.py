@@ -2,6 +2,7 @@
 
 from collections.abc import Iterable
 from dataclasses import dataclass
+from functools import lru_cache
 from typing import Any
 
 import mujoco
@@ -30,7 +31,14 @@ class Solid:
 
 def hull(points: Array) -> Array:
     """The convex hull of points in the plane, counter-clockwise, shape (k, 2)."""
-    return np.ascontiguousarray(points[ConvexHull(points, qhull_options="QJ").vertices])
+    return _hull(np.ascontiguousarray(points).tobytes())
+
+
+# Most furniture never moves.
+@lru_cache(maxsize=2048)
+def _hull(points: bytes) -> Array:
+    flat = np.frombuffer(points).reshape(-1, 2)
+    return np.ascontiguousarray(flat[ConvexHull(flat, qhull_options="QJ").vertices])
 
 
 def corners(model: Any, geom: int) -> Array:
