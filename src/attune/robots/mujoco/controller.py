@@ -160,11 +160,10 @@ class Controller:
         rate = self._speed * motion.speed
         motion.time += rate * TICK
         position, velocity = motion.trajectory.sample(motion.time)
-        for joint, q, qd in zip(motion.joints, position, velocity * rate, strict=True):
-            if joint in _GRIPPERS:
-                self._world.command_gripper(_GRIPPERS[joint], float(q))
-            else:
-                self._world.command(joint, float(q), float(qd))
+        if gripper := _GRIPPERS.get(motion.joints[0]):
+            self._world.command_gripper(gripper, float(position[0]))
+        else:
+            self._world.command(motion.joints, position, velocity * rate)
         return motion.time >= motion.trajectory.duration or (motion.ending and rate == 0.0)
 
     def _hand_over(self, event: anyio.Event) -> None:

@@ -58,7 +58,8 @@ class Footprint:
 
 def footprint(robot: Sequence[Solid]) -> Footprint:
     """Sample the robot's solids (in the base frame), about one point per cell."""
-    filled = [_filled(solid.outline) for solid in robot]
+    # The arms are in the same few postures again and again, to less than a tenth of a millimetre.
+    filled = [_filled(np.round(solid.outline, 4).tobytes()) for solid in robot]
     here = [
         sum(1 << i for i, (low, high) in enumerate(_SLABS) if solid.low < high and solid.high > low) for solid in robot
     ]
@@ -157,7 +158,7 @@ class Costmap:
         size = self.shape[0] * width
         bits = (blocked & ((1 << size) - 1)).to_bytes(size // 8 + 1, "little")
         free = np.unpackbits(np.frombuffer(bits, np.uint8), count=size, bitorder="little") == 0
-        return free.reshape(self.shape[0], width)[:, : self.shape[1]].copy()
+        return cast("Mask", free.reshape(self.shape[0], width)[:, : self.shape[1]].copy())
 
     def _bits(self, slabs: tuple[int, ...], margin: float, width: int) -> int:
         """Which cells are within `margin` of an obstacle, as a number with so many bits for each row."""
@@ -197,7 +198,7 @@ def _covered(outline: bytes, origin: tuple[float, float], shape: tuple[int, int]
     grid = np.stack(np.meshgrid(*(np.arange(low[i], high[i] + 1) for i in (0, 1)), indexing="ij"), axis=-1)
     cells = grid.reshape(-1, 2)
     cells = cells[_inside(corners, origin + (cells + 0.5) * RESOLUTION, RESOLUTION / 2)]
-    return cells[:, 0] * shape[1] + cells[:, 1]
+    return cast("NDArray[np.intp]", cells[:, 0] * shape[1] + cells[:, 1])
 
 
 @lru_cache(maxsize=256)
@@ -219,8 +220,10 @@ def _inside(outline: Array, points: Array, margin: float) -> Mask:
     return cast("Mask", np.all(left >= -margin, axis=1))
 
 
-def _filled(outline: Array) -> Array:
+@lru_cache(maxsize=1024)
+def _filled(corners: bytes) -> Array:
     """Points on the border and inside of a convex outline, at most a cell apart."""
+    outline = np.frombuffer(corners).reshape(-1, 2)
     edges = np.roll(outline, -1, axis=0) - outline
     counts = np.maximum(2, np.ceil(np.linalg.norm(edges, axis=1) / RESOLUTION).astype(int) + 1)
     edge = np.repeat(np.arange(len(edges)), counts)

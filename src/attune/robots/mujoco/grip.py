@@ -69,7 +69,8 @@ class Grip:
 
     def gap(self, data: Any) -> float:
         """Between the pads [m]."""
-        return float(sum(data.qpos[finger] for finger in self._fingers))
+        positions = data.qpos
+        return float(positions[self._fingers[0]] + positions[self._fingers[1]])
 
     def command(self, data: Any, gap: float) -> None:
         """Set the gap to move to; a wider one than now lets go."""

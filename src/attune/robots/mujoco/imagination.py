@@ -100,11 +100,9 @@ class Imagination:
                     m.geom_conaffinity[geom] = meets | other
                     m.geom_margin[geom] = MARGIN / 2
         m.opt.disableflags |= mujoco.mjtDisableBit.mjDSBL_WARMSTART
-        for body in range(m.nbody):
-            geoms = slice(m.body_geomadr[body], m.body_geomadr[body] + m.body_geomnum[body])
-            if m.body_geomnum[body]:
-                m.body_contype[body] = np.bitwise_or.reduce(m.geom_contype[geoms])
-                m.body_conaffinity[body] = np.bitwise_or.reduce(m.geom_conaffinity[geoms])
+        for of_body, of_geom in ((m.body_contype, m.geom_contype), (m.body_conaffinity, m.geom_conaffinity)):
+            of_body[:] = 0
+            np.bitwise_or.at(of_body, m.geom_bodyid, of_geom)
 
     def _links(self, arm: Arm) -> NDArray[np.bool_]:
         """Which geoms belong to an arm without its hand."""
@@ -351,27 +349,20 @@ class Imagination:
         mujoco.mj_kinematics(self.model, self.data)
         m, base = self.model, self.base
         bits = contact.TRUNK | contact.RIGHT_ARM | contact.LEFT_ARM
-        geoms = [g for g in range(m.ngeom) if m.geom_contype[g] & bits]
-        return solids(m, self.data, geoms, (base.x, base.y, base.yaw))
+        return solids(m, self.data, np.flatnonzero(m.geom_contype & bits), (base.x, base.y, base.yaw))
 
     def obstacle_solids(self) -> list[Solid]:
         """Furniture and believed objects in the map frame."""
         mujoco.mj_kinematics(self.model, self.data)
         m = self.model
-        geoms = [
-            g
-            for g in range(m.ngeom)
-            if m.geom_contype[g] in (contact.FURNITURE, contact.OBJECT) and self.data.geom_xpos[g, 0] < _AWAY - 1
-        ]
-        return solids(m, self.data, geoms)
+        here = self.data.geom_xpos[:, 0] < _AWAY - 1
+        return solids(m, self.data, np.flatnonzero(here & np.isin(m.geom_contype, (contact.FURNITURE, contact.OBJECT))))
 
 
 def object_names(model: Any) -> tuple[str, ...]:
     """Names of the movable objects: the bodies that move freely."""
-    free = mujoco.mjtJoint.mjJNT_FREE
-    return tuple(
-        model.body(model.jnt_bodyid[joint]).name for joint in range(model.njnt) if model.jnt_type[joint] == free
-    )
+    free = model.jnt_bodyid[model.jnt_type == mujoco.mjtJoint.mjJNT_FREE]
+    return tuple(model.body(body).name for body in free)
 
 
 def arm_geometry(arm: Arm) -> ArmGeometry:

@@ -61,20 +61,6 @@ def rotation(axis: int, angle: Array | float) -> Array:
     return matrix
 
 
-def _about_z_and_y(first: Array, second: Array) -> Array:
-    """`rotation(2, first) @ rotation(1, second)`, written out because it is needed most often, shape (n, 3, 3)."""
-    c, s, cy, sy = np.cos(first), np.sin(first), np.cos(second), np.sin(second)
-    rows = ((c * cy, -s, c * sy), (s * cy, c, s * sy), (-sy, np.zeros_like(c), cy))
-    return np.moveaxis(np.array(rows), 2, 0)
-
-
-def _about_x_and_y(first: Array, second: Array) -> Array:
-    """`rotation(0, first) @ rotation(1, second)`, shape (n, 3, 3)."""
-    c, s, cy, sy = np.cos(first), np.sin(first), np.cos(second), np.sin(second)
-    rows = ((cy, np.zeros_like(c), sy), (s * sy, c, -s * cy), (-c * sy, s, c * cy))
-    return np.moveaxis(np.array(rows), 2, 0)
-
-
 class ArmKinematics:
     """Forward and inverse kinematics of one arm, in the frame of the torso's link."""
 
@@ -116,37 +102,45 @@ class ArmKinematics:
             Configurations, shape (n, 7), and which of them exist and keep the joint limits, shape (n,). Continuous
             joints are within +-pi.
         """
+        # This is called most often of all, mostly with few poses: products of matrices are written out where only some
+        # of their entries are needed.
         g = self.geometry
         wrist = position - g.shoulder - g.tool * orientation[:, :, 0]
         cosine, sine = np.cos(pan), np.sin(pan)
-        v = np.stack(
-            (
-                cosine * wrist[:, 0] + sine * wrist[:, 1] - g.offset,
-                cosine * wrist[:, 1] - sine * wrist[:, 0],
-                wrist[:, 2],
-            ),
-            axis=1,
-        )
-        bend = (np.sum(v**2, axis=1) - g.upper**2 - g.fore**2) / (2 * g.upper * g.fore)
+        ahead = cosine * wrist[:, 0] + sine * wrist[:, 1] - g.offset
+        aside = cosine * wrist[:, 1] - sine * wrist[:, 0]
+        up = wrist[:, 2]
+        bend = (ahead**2 + aside**2 + up**2 - g.upper**2 - g.fore**2) / (2 * g.upper * g.fore)
         exists = np.abs(bend) <= 1.0
-        elbow = -np.arccos(np.clip(bend, -1.0, 1.0))
-        along = g.upper + g.fore * np.cos(elbow)
-        across = -g.fore * np.sin(elbow)
-        side = np.divide(-v[:, 1], across, out=np.full_like(across, 2.0), where=across > 1e-6)
+        bend = np.minimum(1.0, np.maximum(-1.0, bend))  # The cosine of the elbow.
+        bent = -np.sqrt(1.0 - bend**2)  # Its sine.
+        along, across = g.upper + g.fore * bend, -g.fore * bent
+        side = -aside / np.maximum(across, 1e-6)
         exists &= np.abs(side) <= 1.0
-        upward = branch * np.sqrt(np.maximum(0.0, 1.0 - np.clip(side, -1.0, 1.0) ** 2))
-        roll = np.arctan2(side, upward)
+        side = np.minimum(1.0, np.maximum(-1.0, side))  # The sine of the upper arm's roll.
+        upward = branch * np.sqrt(1.0 - side**2)  # Its cosine.
         rise = across * upward
-        lift = np.arctan2(v[:, 0] * rise - v[:, 2] * along, v[:, 0] * along + v[:, 2] * rise)
-        fore_frame = _about_z_and_y(pan, lift) @ _about_x_and_y(roll, elbow)
-        hand = np.swapaxes(fore_frame, 1, 2) @ orientation
-        flex = -np.arccos(np.clip(hand[:, 0, 0], -1.0, 1.0))
+        lift = np.arctan2(ahead * rise - up * along, ahead * along + up * rise)
+        # The hand's axes, as columns, seen from the shoulder lift's link: x, y, z.
+        turned_x = cosine[:, None] * orientation[:, 0] + sine[:, None] * orientation[:, 1]
+        y = cosine[:, None] * orientation[:, 1] - sine[:, None] * orientation[:, 0]
+        cosine, sine = np.cos(lift)[:, None], np.sin(lift)[:, None]
+        x = cosine * turned_x - sine * orientation[:, 2]
+        z = sine * turned_x + cosine * orientation[:, 2]
+        # And the rows of the hand's rotation in the forearm's frame, of which the first column of the others suffices.
+        rolled = side[:, None] * y - upward[:, None] * z
+        first = bend[:, None] * x + bent[:, None] * rolled
+        second = upward * y[:, 0] + side * z[:, 0]
+        third = bent * x[:, 0] - bend * rolled[:, 0]
         # hand = Rx(fore roll) Ry(flex) Rx(wrist roll), with sin(flex) <= 0
-        fore_roll = np.arctan2(-hand[:, 1, 0], hand[:, 2, 0])
-        wrist_roll = np.arctan2(-hand[:, 0, 1], -hand[:, 0, 2])
-        q = np.stack((pan, lift, roll, elbow, fore_roll, flex, wrist_roll), axis=1)
+        q = np.empty((len(pan), 7))
+        q[:, 0], q[:, 1] = pan, lift
+        q[:, 2], q[:, 3] = np.arctan2(side, upward), np.arctan2(bent, bend)
+        q[:, 4] = np.arctan2(-second, third)
+        q[:, 5] = -np.arccos(np.minimum(1.0, np.maximum(-1.0, first[:, 0])))
+        q[:, 6] = np.arctan2(-first[:, 1], -first[:, 2])
         q += 2 * np.pi * ((q < g.low).astype(float) - (q > g.high).astype(float))  # the roll's range exceeds +-pi
-        inside = np.all((q >= g.low) & (q <= g.high), axis=1)
+        inside = np.logical_and.reduce((q >= g.low) & (q <= g.high), axis=1)
         return q, exists & inside
 
     def solutions(self, position: Array, orientation: Array, pans: Array) -> tuple[Array, NDArray[np.intp]]:

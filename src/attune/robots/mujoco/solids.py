@@ -14,6 +14,8 @@ Array = NDArray[np.float64]
 
 _CIRCLE = np.stack((np.cos(np.arange(12) * np.pi / 6), np.sin(np.arange(12) * np.pi / 6)), axis=1) / np.cos(np.pi / 12)
 
+_SIGNS = np.array(np.meshgrid([-1, 1], [-1, 1], [-1, 1])).reshape(3, 8).T
+
 
 @dataclass(frozen=True, slots=True)
 class Solid:
@@ -50,8 +52,7 @@ def corners(model: Any, geom: int) -> Array:
         ring = _CIRCLE * size[0]
         return np.concatenate([np.column_stack((ring, np.full(len(ring), z))) for z in (-half, half)])
     box = model.geom_aabb[geom]
-    signs = np.array(np.meshgrid([-1, 1], [-1, 1], [-1, 1])).reshape(3, 8).T
-    return np.asarray(box[:3] + signs * box[3:])
+    return np.asarray(box[:3] + _SIGNS * box[3:])
 
 
 def solids(

@@ -54,10 +54,13 @@ class Touch:
         self._update_carried(data, held)
         if not data.ncon:
             return
-        pairs, distances = data.contact.geom, data.contact.dist
+        contacts = data.contact
+        pairs = contacts.geom
         force = np.zeros(6)
-        for index in np.flatnonzero(self._robot[pairs].any(axis=1) & (distances <= 0.0)):
-            first, second = (int(geom) for geom in pairs[index])
+        robot = self._robot[pairs]
+        touching = (robot[:, 0] | robot[:, 1]) & (contacts.dist <= 0.0)
+        for index in np.flatnonzero(touching).tolist():
+            first, second = pairs[index].tolist()
             if not self._robot[first]:
                 first, second = second, first
             self._contacts.append((first, second))
@@ -74,12 +77,13 @@ class Touch:
         for arm, name in held.items():
             if name is None:
                 continue
-            mine = self._is_of[name][data.contact.geom]
-            touching = np.flatnonzero(mine.any(axis=1) & (data.contact.dist <= 0.0))
+            contacts = data.contact
+            pairs = contacts.geom
+            mine = self._is_of[name][pairs]
+            other = np.where(mine[:, 0], pairs[:, 1], pairs[:, 0])
+            foreign = (mine[:, 0] | mine[:, 1]) & ~self._robot[other] & (contacts.dist <= 0.0)
             others = {
-                self._name[other]: abs(float(data.contact.frame[index, 2]))
-                for index in touching
-                if not self._robot[other := int(data.contact.geom[index][~mine[index]][0])]
+                self._name[other[index]]: abs(float(contacts.frame[index, 2])) for index in np.flatnonzero(foreign)
             }
             stood_on, away = self._standing.get(name, (frozenset(), 0))
             if not stood_on and away < _LEFT:  # The fingers may have lifted it a little when they closed.

@@ -7,13 +7,13 @@ friction alone (handles still need the help), and time steps are half as long.
 """
 
 import threading
-from collections.abc import Iterable, Mapping
+from collections.abc import Iterable, Mapping, Sequence
 from math import cos, sin
 from typing import Any, cast
 
 import mujoco
 import numpy as np
-from numpy.typing import NDArray
+from numpy.typing import ArrayLike, NDArray
 
 from attune.core.messages import ObjectSpec
 from attune.core.scene import Scene, SceneError
@@ -98,13 +98,15 @@ class World:
         self._gone: set[str] = set()
         robot_joints = [*pr2.SERVOS, *(joint for arm in ARMS for joint in pr2.FINGER_JOINTS[arm])]
         self._robot_dofs = np.array([self.model.joint(joint).dofadr[0] for joint in robot_joints])
-        self._feed_forward = {joint: servo.damping / servo.stiffness for joint, servo in pr2.SERVOS.items()}
         self._velocities = np.zeros(self.model.nu)
         self._actuators = {joint: self.model.actuator(joint).id for joint in pr2.SERVOS}
+        self._feed_forward = np.zeros(self.model.nu)
+        for joint, servo in pr2.SERVOS.items():
+            self._feed_forward[self._actuators[joint]] = servo.damping / servo.stiffness
         for joint, position in pr2.start_posture(BasePose(*scene.robot_start)).items():
             self.data.qpos[self.model.joint(joint).qposadr[0]] = position
             if joint in pr2.SERVOS:
-                self.command(joint, position)
+                self.command([joint], position)
         for _ in range(round(_SETTLING / TICK)):
             self.tick()
         self.data.time = 0.0
@@ -122,31 +124,33 @@ class World:
             for grip in self._grips.values():
                 grip.drive(self.data, TICK)
             # The targets move on within the period, so that the joints do not jerk from one to the next.
-            step = self._velocities * self.model.opt.timestep
-            self.data.ctrl -= step * (self._substeps - 1)
-            for substep in range(self._substeps):
-                mujoco.mj_step(self.model, self.data)
-                if substep < self._substeps - 1:
-                    self.data.ctrl += step
-            self._velocities[:] = 0.0
+            if self._velocities.any():
+                targets, step = self.data.ctrl, self._velocities * self.model.opt.timestep
+                targets -= step * self._substeps
+                for _ in range(self._substeps):
+                    targets += step
+                    mujoco.mj_step(self.model, self.data)
+                self._velocities[:] = 0.0
+            else:
+                mujoco.mj_step(self.model, self.data, self._substeps)
             self._touch.update(self.data, {arm: grip.held for arm, grip in self._grips.items()})
             for arm, grip in self._grips.items():
                 grip.update(self.data, self._touch.pressed_by_both(arm, GRASP_FORCE))
 
     # --- what the robot commands --------------------------------------------------------------------------------
 
-    def command(self, joint: str, position: float, velocity: float = 0.0) -> None:
-        """Set the target of a joint's servo.
+    def command(self, joints: Sequence[str], position: ArrayLike, velocity: ArrayLike = 0.0) -> None:
+        """Set the targets of joints' servos.
 
         Args:
-            joint: One of `pr2.SERVOS`.
-            position: Where it should be at the end of the next tick [m or rad].
-            velocity: With which it should move meanwhile [m/s or rad/s].
+            joints: Of `pr2.SERVOS`.
+            position: Where they should be at the end of the next tick [m or rad].
+            velocity: With which they should move meanwhile [m/s or rad/s].
         """
+        actuators = [self._actuators[joint] for joint in joints]
         with self.lock:
-            actuator = self._actuators[joint]
-            self.data.ctrl[actuator] = position + self._feed_forward[joint] * velocity
-            self._velocities[actuator] = velocity
+            self.data.ctrl[actuators] = position + self._feed_forward[actuators] * velocity
+            self._velocities[actuators] = velocity
 
     def command_gripper(self, arm: Arm, gap: float) -> None:
         """Open or close a gripper to a gap between its pads [m]; it moves with `pr2.GRIPPER_SPEED`.
