@@ -13,7 +13,7 @@ from typing import Any, cast
 
 import mujoco
 import numpy as np
-from numpy.typing import ArrayLike, NDArray
+from numpy.typing import NDArray
 
 from attune.core.messages import ObjectSpec
 from attune.core.scene import Scene, SceneError
@@ -139,7 +139,7 @@ class World:
 
     # --- what the robot commands --------------------------------------------------------------------------------
 
-    def command(self, joints: Sequence[str], position: ArrayLike, velocity: ArrayLike = 0.0) -> None:
+    def command(self, joints: Sequence[str], position: Array | float, velocity: Array | float = 0.0) -> None:
         """Set the targets of joints' servos.
 
         Args:
