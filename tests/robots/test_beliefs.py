@@ -8,7 +8,7 @@ from attune.robots.mujoco.world import World
 
 def test_what_was_seen_in_a_drawer_is_believed_to_move_with_it() -> None:
     world = World(load_scene().model_copy(update={"robot_start": (1.4, 2.85, 1.57)}))
-    world.command(["head_tilt_joint"], 1.0)
+    world.command("head_tilt_joint", 1.0)
     for _ in range(50):
         world.tick()
     world.move_container("drawer", 0.4)

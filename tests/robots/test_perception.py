@@ -23,7 +23,7 @@ def scene() -> Scene:
 def standing(scene: Scene, base: BasePose, tilt: float) -> World:
     """A world with the robot there, its head bent down by `tilt`."""
     world = World(scene.model_copy(update={"robot_start": (base.x, base.y, base.yaw)}))
-    world.command(["head_tilt_joint"], tilt)
+    world.command("head_tilt_joint", tilt)
     for _ in range(50):
         world.tick()
     return world

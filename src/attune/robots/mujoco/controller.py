@@ -163,7 +163,7 @@ class Controller:
         if gripper := _GRIPPERS.get(motion.joints[0]):
             self._world.command_gripper(gripper, float(position[0]))
         else:
-            self._world.command(motion.joints, position, velocity * rate)
+            self._world.command_together(motion.joints, position, velocity * rate)
         return motion.time >= motion.trajectory.duration or (motion.ending and rate == 0.0)
 
     def _hand_over(self, event: anyio.Event) -> None:

@@ -106,7 +106,7 @@ class World:
         for joint, position in pr2.start_posture(BasePose(*scene.robot_start)).items():
             self.data.qpos[self.model.joint(joint).qposadr[0]] = position
             if joint in pr2.SERVOS:
-                self.command([joint], position)
+                self.command(joint, position)
         for _ in range(round(_SETTLING / TICK)):
             self.tick()
         self.data.time = 0.0
@@ -139,13 +139,17 @@ class World:
 
     # --- what the robot commands --------------------------------------------------------------------------------
 
-    def command(self, joints: Sequence[str], position: Array | float, velocity: Array | float = 0.0) -> None:
+    def command(self, joint: str, position: float, velocity: float = 0.0) -> None:
+        """Set the target of a joint's servo: see `command_together`."""
+        self.command_together((joint,), np.array([position]), np.array([velocity]))
+
+    def command_together(self, joints: Sequence[str], position: Array, velocity: Array) -> None:
         """Set the targets of joints' servos.
 
         Args:
-            joints: Of `pr2.SERVOS`.
-            position: Where they should be at the end of the next tick [m or rad].
-            velocity: With which they should move meanwhile [m/s or rad/s].
+            joints: Some of `pr2.SERVOS`.
+            position: Where they should be at the end of the next tick, shape (n,) [m or rad].
+            velocity: With which they should move meanwhile, shape (n,) [m/s or rad/s].
         """
         actuators = [self._actuators[joint] for joint in joints]
         with self.lock:
