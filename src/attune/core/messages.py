@@ -225,6 +225,7 @@ class CommandOutcome(Message):
         object: The object it is about, when it is about one.
         place: The place it is about, if any.
         alternative: The nearest thing that exists, when `object` was not found.
+        behind: What `object` may be hidden by, when it was not found.
         detail: For logs; not spoken.
     """
 
@@ -236,6 +237,7 @@ class CommandOutcome(Message):
     object: ObjectSpec = ObjectSpec()
     place: str = ""
     alternative: ObjectSpec | None = None
+    behind: ObjectSpec | None = None
     detail: str = ""
 
 

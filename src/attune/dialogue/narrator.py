@@ -114,6 +114,9 @@ class Narrator:
 
     def _failed(self, outcome: CommandOutcome, several: bool, slots: dict[str, str]) -> Reply | None:
         self._deferred.discard(outcome.command)
+        if outcome.behind is not None:
+            hider = outcome.behind
+            self._speaker.say("failed", "may_hide", cause=outcome.id, object=called(hider), where=where(hider.location))
         if outcome.alternative is not None and outcome.reason in {
             "not_found",
             "unknown_object",

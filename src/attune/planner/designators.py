@@ -185,16 +185,22 @@ def look_points(surface: Surface) -> tuple[Point, ...]:
 
 def _grid(surface: Surface, item: Individual | None = None) -> Iterator[Point]:
     """Points of a surface on which an object, however it is turned, does not stand over the edge or in a wall."""
-    edge = max(EDGE, _radius(item.extent) + MARGIN if item else 0.0)
-    for along in _steps(surface.size[0], edge):
-        for across in _steps(surface.size[1], edge):
+    edge = max(EDGE, radius(item.extent) + MARGIN if item else 0.0)
+    return points_on(surface, GRID, edge)
+
+
+def points_on(surface: Surface, spacing: float, edge: float) -> Iterator[Point]:
+    """Points of a surface as it is used, so far apart and from its edge at least, map frame [m]."""
+    for along in steps(surface.size[0], spacing, edge):
+        for across in steps(surface.size[1], spacing, edge):
             yield _on(surface, along, across)
 
 
-def _steps(length: float, edge: float) -> tuple[float, ...]:
+def steps(length: float, spacing: float, edge: float) -> tuple[float, ...]:
+    """Places along a length, so far apart, as far as `edge` from its ends, the middle being 0 [m]."""
     half = max(0.0, length / 2 - edge)
-    count = int(2 * half / GRID) + 1
-    return tuple((index - (count - 1) / 2) * GRID for index in range(count))
+    count = int(2 * half / spacing) + 1
+    return tuple((index - (count - 1) / 2) * spacing for index in range(count))
 
 
 def _on(surface: Surface, along: float, across: float) -> Point:
@@ -205,11 +211,11 @@ def _on(surface: Surface, along: float, across: float) -> Point:
 
 def _is_free(belief: Belief, surface: Surface, point: Point, item: Individual | None) -> bool:
     """Whether an object fits there, however it and its neighbours are turned."""
-    own = _radius(item.extent if item else DEFAULT_EXTENT)
+    own = radius(item.extent if item else DEFAULT_EXTENT)
     return all(
         other.position is None
         or (item is not None and other.name == item.name)
-        or math.dist(other.position[:2], point[:2]) >= own + _radius(other.extent) + GAP
+        or math.dist(other.position[:2], point[:2]) >= own + radius(other.extent) + GAP
         for other in belief.on(surface.name)
     )
 
@@ -217,13 +223,14 @@ def _is_free(belief: Belief, surface: Surface, point: Point, item: Individual | 
 def _clearance(belief: Belief, spot: Spot) -> float:
     """From a spot to the nearest neighbour's outline, however that is turned [m]."""
     return min(
-        math.dist(other.position[:2], spot.position[:2]) - _radius(other.extent)
+        math.dist(other.position[:2], spot.position[:2]) - radius(other.extent)
         for other in belief.on(spot.surface.name)
         if other.position is not None
     )
 
 
-def _radius(extent: Point) -> float:
+def radius(extent: Point) -> float:
+    """Of what stands somewhere, however it is turned [m]; roughly."""
     return max(extent[0], extent[1]) / 2
 
 

@@ -17,7 +17,7 @@ from attune.planner.agenda import Agenda, Delivery, Goal
 from attune.planner.belief import Belief, Individual
 from attune.planner.designators import alternative
 from attune.planner.plan import Plan
-from attune.planner.recovery import reason_of
+from attune.planner.recovery import NotFound, reason_of
 from attune.planner.state import StateBoard
 
 
@@ -116,7 +116,8 @@ class Desk:
             self.given_up.add(delivery.individual)
         self.agenda = self.agenda.change(goal.delivery, status="failed")
         self.board.update(step="failed")
-        self._tell_delivery(delivery, "failed", reason, nearest=nearest, detail=str(failure))
+        behind = failure.behind if isinstance(failure, NotFound) else None
+        self._tell_delivery(delivery, "failed", reason, nearest=nearest, behind=behind, detail=str(failure))
         self._tell_end(delivery)
         self.refresh()
 
@@ -136,6 +137,7 @@ class Desk:
         object_: ObjectSpec = ObjectSpec(),
         place: str = "",
         nearest: ObjectSpec | None = None,
+        behind: ObjectSpec | None = None,
         detail: str = "",
     ) -> None:
         """Publish what became of a command; nobody asked for what has no command."""
@@ -151,6 +153,7 @@ class Desk:
             object=object_,
             place=place,
             alternative=nearest,
+            behind=behind,
             detail=detail,
         )
         self._bus.publish(OUTCOME, outcome)
@@ -167,11 +170,13 @@ class Desk:
         *,
         place: str = "",
         nearest: ObjectSpec | None = None,
+        behind: ObjectSpec | None = None,
         detail: str = "",
     ) -> None:
         item = self.belief.get(delivery.individual)
         spec = self.belief.describe(item) if item else delivery.spec
-        self.tell(delivery.command, delivery.kind, status, reason, spec, place or delivery.destination, nearest, detail)
+        place = place or delivery.destination
+        self.tell(delivery.command, delivery.kind, status, reason, spec, place, nearest, behind, detail)
 
     def _tell_end(self, delivery: Delivery) -> None:
         """A command about several objects ends with an outcome of its own, without object."""

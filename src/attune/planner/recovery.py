@@ -31,10 +31,12 @@ class NotFound(PlanFailure):
     Args:
         spec: What was searched.
         because: Why a place where it may be could not be searched, if one could not.
+        behind: What it may be hidden by, if there is something behind which the robot could not see.
     """
 
-    def __init__(self, spec: ObjectSpec, because: AttuneError | None = None) -> None:
+    def __init__(self, spec: ObjectSpec, because: AttuneError | None = None, behind: ObjectSpec | None = None) -> None:
         self.because = because
+        self.behind = behind
         super().__init__(f"no {spec} was found{' in the ' + spec.location if spec.location else ''}")
 
 

@@ -1,7 +1,7 @@
 """Transporting: search, fetch, deliver; always from the world as it is, so that it can begin or resume anywhere."""
 
 import math
-from collections.abc import Iterator
+from collections.abc import Callable, Iterator
 from dataclasses import replace
 
 from attune.core.errors import AttuneError
@@ -16,6 +16,8 @@ from attune.planner.recovery import NoSpace, NotFound, recoveries
 from attune.planner.skills import Skills
 from attune.robots.interface import ObjectNotThere, PathBlocked, PlacementFailed, Unreachable
 
+HIDDEN_TRIED = 3
+"""Places that are looked at once more if something may stand there behind something else."""
 SPOTS_TRIED = 5
 """Free spots tried before a place counts as out of reach."""
 SPOT_SPACING = 0.12
@@ -101,22 +103,35 @@ class Transport:
             order = [surface.name for surface in search_order(self._scene, self._belief, places, taken)]
             if item and item.surface:
                 order = list(dict.fromkeys((item.surface, *order)))
-            rounds = [(name, fits) for name in order]
-            if own and item and item.surface:  # Its like may stand beside it.
-                rounds.insert(0, (item.surface, lambda seen: seen.name == own))
             because: AttuneError | None = None
-            for name, fitting in rounds:
+
+            async def look(
+                name: str, fitting: Callable[[Individual], bool], *, again: bool = False
+            ) -> Individual | None:
+                nonlocal because
                 surface = self._scene.surface(name)
                 board.update(step="transporting_search", object=self._described(), destination_location=surface.place)
                 try:
-                    seen = await node.do(self._skills.look_over(surface, fitting))
+                    found = await node.do(self._skills.look_over(surface, fitting, again=again))
                 except FAILURES as failure:
                     because = because or failure
-                    continue  # A place that cannot be looked into does not end the search.
-                if seen:
-                    self._desk.reserve(self._goal, seen.name)
-                    return seen
-            raise NotFound(delivery.spec, because)
+                    return None  # A place that cannot be looked into does not end the search.
+                if found:
+                    self._desk.reserve(self._goal, found.name)
+                return found
+
+            rounds = [(name, fits) for name in order]
+            if own and item and item.surface:  # Its like may stand beside it.
+                rounds.insert(0, (item.surface, lambda seen: seen.name == own))
+            for name, fitting in rounds:
+                if found := await look(name, fitting):
+                    return found
+            for name in [name for name in order if name in self._skills.hiders()][:HIDDEN_TRIED]:
+                if found := await look(name, fits, again=True):
+                    return found
+            hiders = self._skills.hiders()
+            hider = next((hiders[name] for name in order if name in hiders), None)
+            raise NotFound(delivery.spec, because, self._belief.describe(hider) if hider else None)
 
         return Part("search", body)
 

@@ -103,9 +103,13 @@ class OpenTarget:
 
 @dataclass(frozen=True, slots=True)
 class LookTarget:
-    """See this point from near enough to recognise what is there."""
+    """See this point from near enough to recognise what is there.
+
+    `hidden` are points near it that could not be seen before: poses are wanted from which they can be.
+    """
 
     point: Point
+    hidden: tuple[Point, ...] = ()
 
 
 Target = PickTarget | PlaceTarget | OpenTarget | LookTarget
@@ -252,6 +256,14 @@ class Robot(ABC):
     @abstractmethod
     async def perceive(self, spec: ObjectSpec = ObjectSpec()) -> tuple[Percept, ...]:
         """What the head camera sees now and fits `spec`. Takes one camera period."""
+
+    def sees(self, points: Sequence[Point]) -> tuple[bool, ...]:
+        """Which points the camera sees now: they are in its view and nothing is before or around them. Cheap.
+
+        Where an object should be and its middle is seen, it is not there; where something hides a point, nothing can be
+        said. A robot that cannot tell says that it sees all of them.
+        """
+        return (True,) * len(points)
 
     @abstractmethod
     async def open(self, container: str) -> None:

@@ -266,23 +266,31 @@ class Imagination:
             point: That it looks at; on a surface.
             radius: How far around it [m].
         """
+        m = self.model
+        hit, before = self._look(point, np.array(point) + radius * _AROUND + (0.0, 0.0, 0.03))
+        own = [m.body(name).id for name, _ in self._carried.values()]
+        body = m.geom_bodyid[hit]
+        return float(np.mean(before & ((m.body_rootid[body] == self._robot_root) | np.isin(body, own))))
+
+    def visible(self, point: Point, others: Array) -> NDArray[np.bool_]:
+        """Which points (n, 3) nothing known hides when the robot looks at a point near them."""
+        return ~self._look(point, others)[1]
+
+    def _look(self, point: Point, points: Array) -> tuple[NDArray[np.int32], NDArray[np.bool_]]:
+        """What the camera, looking at a point, sees in the direction of points (n, 3): geoms; whether before them."""
         m, d = self.model, self.data
         d.qpos[self._addresses(pr2.HEAD_JOINTS)] = gaze(self.torso_frame(), point)
         mujoco.mj_kinematics(m, d)
         mujoco.mj_camlight(m, d)
         camera = m.camera(pr2.HEAD_CAMERA).id
         eye = d.cam_xpos[camera]
-        rays = np.array(point) + radius * _AROUND + (0.0, 0.0, 0.03) - eye
-        length = np.linalg.norm(rays, axis=1)
-        hit, reach = np.full(len(rays), -1, dtype=np.int32), np.zeros(len(rays))
+        length = np.linalg.norm(points - eye, axis=1)
+        hit, reach = np.full(len(points), -1, dtype=np.int32), np.zeros(len(points))
         solid = np.array([group != contact.VISUAL_GROUP for group in range(6)], dtype=np.uint8)
-        rays = (rays / length[:, None]).flatten()
+        rays = ((points - eye) / length[:, None]).flatten()
         head = m.cam_bodyid[camera]
         mujoco.mj_multiRay(m, d, eye, rays, solid, True, head, hit, reach, None, len(hit), float(length.max()))
-        own = [m.body(name).id for name, _ in self._carried.values()]
-        body = m.geom_bodyid[hit]
-        hidden = (hit >= 0) & (reach < length) & ((m.body_rootid[body] == self._robot_root) | np.isin(body, own))
-        return float(np.mean(hidden))
+        return hit, (hit >= 0) & (reach < length)
 
     def free(self) -> bool:
         """Whether the robot and what it carries touch nothing."""

@@ -5,6 +5,7 @@ furniture, other objects or the robot's own arms. What is reported is noisy and 
 Telling individuals apart is taken for granted: an object's name in the scene is its name here.
 """
 
+from collections.abc import Sequence
 from dataclasses import dataclass
 from itertools import product
 from math import sqrt
@@ -93,10 +94,10 @@ class Perception:
             points = body.xpos + (_SAMPLES * self._world.extent(name)) @ body.xmat.reshape(3, 3).T
             return float(np.mean(self._sees(points, self._world.model.body(name).id)))
 
-    def sees_point(self, point: Point) -> bool:
-        """Whether nothing is between the camera and a point in its view."""
+    def sees(self, points: Sequence[Point]) -> tuple[bool, ...]:
+        """Which points are in view, with nothing between them and the camera, as a depth camera would measure it."""
         with self._world.lock:
-            return bool(self._sees(np.array([point]), -1)[0])
+            return tuple(self._sees(np.array(points).reshape(-1, 3), -1).tolist())
 
     def _sees(self, points: Array, body: int) -> Mask:
         """Which points are in view, and hidden by nothing but `body` itself."""

@@ -179,9 +179,9 @@ class MujocoRobot(Robot):
                 pair = (self._beliefs.imagine(empty=arm), self._beliefs.imagine())
                 body = footprint(pair[1].body_solids())
                 return place_poses(pair, costmap, body, arm, held, position, rng)
-            case LookTarget(point):
+            case LookTarget(point, hidden):
                 world = self._beliefs.imagine()
-                return look_poses(world, costmap, footprint(world.body_solids()), point, world.base, rng)
+                return look_poses(world, costmap, footprint(world.body_solids()), point, rng, hidden)
             case OpenTarget(name):
                 return self._search_handle(self._container(name), costmap, rng)
 
@@ -232,6 +232,10 @@ class MujocoRobot(Robot):
         seen = [self._resting(percept) for percept in self._perception.look()]
         self._beliefs.notice(seen)
         return tuple(percept for percept in seen if percept.matches(spec))
+
+    def sees(self, points: Sequence[Point]) -> tuple[bool, ...]:
+        """Which points the head camera sees now, with nothing before or around them."""
+        return self._perception.sees(points)
 
     def _resting(self, percept: Percept) -> Percept:
         """What is seen to stand on a known surface stands exactly on it, whatever the camera's noise says."""
@@ -298,9 +302,12 @@ class MujocoRobot(Robot):
         await self._motions.lift_torso(height)
 
     async def _find_again(self, percept: Percept) -> Percept:
-        """The object as it is seen now, near where it was seen before."""
-        await self.look_at(percept.pose.position)
+        """The object as it is seen now, near where it was seen before; as it was seen, if it is hidden from here."""
+        x, y, z = percept.pose.position
+        await self.look_at((x, y, z))
         looks = [seen for _ in range(_LOOKS) for seen in await self.perceive() if seen.name == percept.name]
+        if not looks and not self.sees([(x, y, z + percept.extent[2] / 2)])[0]:
+            return percept
         if not looks:
             self._beliefs.forget(percept.name)
             raise ObjectNotThere(percept.name)
