@@ -1,4 +1,4 @@
-"""The planner and the PR2's camera: what stands behind something else, and what the robot says of where it cannot see."""
+"""The planner and the camera: what stands behind something else, and what is said of where the robot cannot see."""
 
 import pytest
 
@@ -23,7 +23,7 @@ def kitchen_with(*objects: dict[str, object]) -> Kitchen:
 
 
 def test_a_cup_that_is_hidden_behind_a_milk_is_found_from_another_side() -> None:
-    kitchen = kitchen_with(CUP, milk("milk", -0.193, -0.08), milk("another", 0.0, -0.08))
+    kitchen = kitchen_with(CUP, milk("milk", -0.193, -0.079), milk("another", -0.002, -0.086))
 
     async def script() -> None:
         kitchen.say(BringMe(time=0.0, objects=(ObjectSpec(type="cup"),)))
