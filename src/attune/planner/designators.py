@@ -5,7 +5,7 @@ by asking the robot for base poses.
 """
 
 import math
-from collections.abc import Collection, Iterator
+from collections.abc import Collection, Iterable, Iterator
 from dataclasses import dataclass
 
 from attune.core.layout import unfit
@@ -29,10 +29,11 @@ UPRIGHT = 0.94
 
 @dataclass(frozen=True, slots=True)
 class Spot:
-    """A free spot on a surface; `position` in the map frame [m]."""
+    """A free spot on a surface; `position` in the map frame [m]. In a `tight` one neighbours or the edge are close."""
 
     surface: Surface
     position: Point
+    tight: bool = False
 
 
 def candidates(belief: Belief, spec: ObjectSpec, excluded: Collection[str] = ()) -> tuple[Individual, ...]:
@@ -115,18 +116,28 @@ def search_order(scene: Scene, belief: Belief, spec: ObjectSpec, excluded: Colle
 def free_spots(scene: Scene, belief: Belief, place: str, item: Individual | None = None) -> Iterator[Spot]:
     """Free spots for an object at a kind of place, nearest to the user first.
 
-    After those that are free however things are turned come those where it may fit if it is turned well, the one with
-    the most room first.
+    After those that are free however things are turned come those where it may fit if it is turned well or that are
+    near the edge, the one with the most room first; after all these, under a board, those behind something else, for
+    there the hand comes from the front.
     """
-    tight: list[Spot] = []
-    for surface in delivery_surfaces(scene, place, item):
-        near = sorted(_grid(surface, item), key=lambda point: math.dist(point[:2], scene.user))
-        for spot in (Spot(surface, point) for point in near):
-            if _is_free(belief, surface, spot.position, item):
+    surfaces = delivery_surfaces(scene, place, item)
+    behind: list[Spot] = []
+
+    def in_front(spots: Iterable[Spot]) -> Iterator[Spot]:
+        for spot in spots:
+            if math.isfinite(spot.surface.clearance) and _is_behind_something(belief, spot, item):
+                behind.append(spot)
+            else:
                 yield spot
-            elif item is not None and is_clear(belief, spot, item):
-                tight.append(spot)
-    yield from sorted(tight, key=lambda spot: -_clearance(belief, spot))
+
+    for surface in surfaces:
+        near = sorted(_grid(surface, item), key=lambda point: math.dist(point[:2], scene.user))
+        yield from in_front(Spot(surface, point) for point in near if _is_free(belief, surface, point, item))
+    if item is not None:
+        between = [Spot(surface, point, tight=True) for surface in surfaces for point in _grid(surface, item, fine=True)]
+        clear = [spot for spot in between if is_clear(belief, spot, item)]
+        yield from in_front(sorted(clear, key=lambda spot: -_clearance(belief, spot)))
+    yield from behind
 
 
 def home_spots(scene: Scene, belief: Belief, item: Individual) -> Iterator[Spot]:
@@ -183,10 +194,12 @@ def look_points(surface: Surface) -> tuple[Point, ...]:
     return tuple(_on(surface, ((index + 0.5) / count - 0.5) * surface.size[0], 0.0) for index in range(count))
 
 
-def _grid(surface: Surface, item: Individual | None = None) -> Iterator[Point]:
+def _grid(surface: Surface, item: Individual | None = None, *, fine: bool = False) -> Iterator[Point]:
     """Points of a surface on which an object, however it is turned, does not stand over the edge or in a wall."""
-    edge = max(EDGE, radius(item.extent) + MARGIN if item else 0.0)
-    return points_on(surface, GRID, edge)
+    needed = radius(item.extent) + MARGIN if item else 0.0
+    if fine:
+        return points_on(surface, GRID / 2, needed)
+    return points_on(surface, GRID, max(EDGE, needed))
 
 
 def points_on(surface: Surface, spacing: float, edge: float) -> Iterator[Point]:
@@ -220,12 +233,27 @@ def _is_free(belief: Belief, surface: Surface, point: Point, item: Individual | 
     )
 
 
+def _is_behind_something(belief: Belief, spot: Spot, item: Individual | None) -> bool:
+    """Whether something stands between a spot and the front of its surface."""
+    x, y = spot.surface.from_map(*spot.position[:2])
+    own = radius(item.extent if item else DEFAULT_EXTENT)
+    for other in belief.on(spot.surface.name):
+        if other.position is not None and (item is None or other.name != item.name):
+            aside, before = spot.surface.from_map(*other.position[:2])
+            if before < y and abs(aside - x) < own + radius(other.extent) + MARGIN:
+                return True
+    return False
+
+
 def _clearance(belief: Belief, spot: Spot) -> float:
     """From a spot to the nearest neighbour's outline, however that is turned [m]."""
     return min(
-        math.dist(other.position[:2], spot.position[:2]) - radius(other.extent)
-        for other in belief.on(spot.surface.name)
-        if other.position is not None
+        (
+            math.dist(other.position[:2], spot.position[:2]) - radius(other.extent)
+            for other in belief.on(spot.surface.name)
+            if other.position is not None
+        ),
+        default=math.inf,
     )
 
 

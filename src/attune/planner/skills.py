@@ -76,8 +76,8 @@ class Skills(Looking):
             self.board.update()
             await self.robot.look_at(spot.position)
             self.belief.observe(await self.robot.perceive())
-            at_home = spot.position == item.home.position
-            if not is_clear(self.belief, spot, item) or (not at_home and is_crowded(self.belief, spot, item)):
+            close = spot.tight or spot.position == item.home.position
+            if not is_clear(self.belief, spot, item) or (not close and is_crowded(self.belief, spot, item)):
                 raise Unreachable("the spot", "something stands there")
             self.placing = spot
             try:

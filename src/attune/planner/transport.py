@@ -22,6 +22,8 @@ SPOTS_TRIED = 5
 """Free spots tried before a place counts as out of reach."""
 SPOT_SPACING = 0.12
 """From each spot that was tried to the next, times the number tried [m]: the longer, the farther."""
+LEAST_SPACING = 0.05
+"""Where there is none so far away, the farthest is tried, if it is farther than this [m]."""
 
 
 def transport(desk: Desk, skills: Skills, goal: Goal) -> Part[None]:
@@ -164,7 +166,10 @@ class Transport:
                 destination_location=self._belief.place_of(item),
             )
             spot = self._next_spot(item, [])
-            await node.do(self._skills.pick(item, arm, spot.position if spot else None))
+            goal = spot.position if spot else None
+            if spot and self._must_regrasp and math.isfinite(spot.surface.clearance):
+                goal = None  # Held as is usual under a board it could not be put there: this time in any way.
+            await node.do(self._skills.pick(item, arm, goal))
             self._must_lift = self._must_regrasp = False
             held = self._belief.get(item.name)
             if held is None:
@@ -227,10 +232,16 @@ class Transport:
         return home_spots(self._scene, self._belief, item)
 
     def _next_spot(self, item: Individual, tried: list[Spot]) -> Spot | None:
-        def is_new(spot: Spot) -> bool:
-            return all(math.dist(spot.position, other.position) >= SPOT_SPACING * len(tried) for other in tried)
+        if not tried:
+            return next(self._spots(item), None)
 
-        return next((spot for spot in self._spots(item) if is_new(spot)), None)
+        def away(spot: Spot) -> float:
+            return min(math.dist(spot.position, other.position) for other in tried)
+
+        new = [spot for spot in self._spots(item) if away(spot) >= LEAST_SPACING]
+        far = next((spot for spot in new if away(spot) >= SPOT_SPACING * len(tried)), None)
+        # In a narrow compartment a spot a little aside may be reached all the same.
+        return far or max(new, key=away, default=None)
 
     # --- what it is about --------------------------------------------------------------------------------------
 

@@ -206,7 +206,7 @@ def _complete(
     approach, retreat = parts[0][::-1], parts[1]
     # Only these may touch the handle: what pushes it aside moves the door, and the hand then closes beside it.
     world.ignore_handle(container, ignored=False)
-    fold = folding_path(world, arm, rng, retreat[-1])
+    fold = folding_path(world, arm, rng, retreat[-1], posture)
     world.set_joint(joint_name(container), span[0])
     if fold is None:
         return None

@@ -9,6 +9,7 @@ from numpy.typing import NDArray
 from attune.robots.interface import Arm
 from attune.robots.mujoco import pr2
 from attune.robots.mujoco.arm_paths import joint_path, upright_path
+from attune.robots.mujoco.frames import Frame
 from attune.robots.mujoco.imagination import Imagination
 from attune.robots.mujoco.kinematics import rotation
 from attune.robots.mujoco.reaching import comfort
@@ -36,9 +37,24 @@ _SAME = 0.05
 """Joints nearer than this to a posture are in it [rad]."""
 
 
-def folding_path(world: Imagination, arm: Arm, rng: np.random.Generator, start: Array) -> Array | None:
-    """A free path of an empty arm from a configuration to the folded posture, shape (n, 7), or None."""
-    return joint_path(world, arm, start, FOLDED[arm], rng)
+def folding_path(
+    world: Imagination, arm: Arm, rng: np.random.Generator, start: Array, instead: Array | None = None
+) -> Array | None:
+    """A free path of an empty arm from a configuration to the folded posture, shape (n, 7), or None.
+
+    Args:
+        world: Where the arm is empty.
+        arm: The arm.
+        rng: For the search.
+        start: Its configuration.
+        instead: The posture to go to where the other arm takes up the room for folding this one.
+    """
+    goal = FOLDED[arm]
+    if instead is not None:
+        world.set_arm(arm, instead)
+        fold(world, arm)
+        goal = world.arm(arm)
+    return joint_path(world, arm, start, goal, rng)
 
 
 def is_folded(world: Imagination, arm: Arm, posture: Array | None = None) -> bool:
@@ -47,10 +63,32 @@ def is_folded(world: Imagination, arm: Arm, posture: Array | None = None) -> boo
     return bool(np.max(np.abs(world.kinematics[arm].unwrap(FOLDED[arm], now) - now)) < _SAME)
 
 
+def fold(world: Imagination, arm: Arm) -> None:
+    """Imagine an empty arm folded; where the other arm takes up the room for that, the arm stays as it is bent."""
+    now = world.arm(arm)
+    world.set_arm(arm, FOLDED[arm])
+    if not world.clear_of_itself():
+        world.set_arm(arm, now)
+
+
+def is_out_of_the_way(world: Imagination, arm: Arm) -> bool:
+    """Whether an empty arm is folded, or close to the body where the other arm takes up the room for folding it."""
+    now = world.arm(arm)
+    fold(world, arm)
+    blocked = bool((world.arm(arm) == now).all())
+    world.set_arm(arm, now)
+    return is_folded(world, arm) or (blocked and _from_middle(world, world.tool(arm)) < _CLOSE)
+
+
+def _from_middle(world: Imagination, frame: Frame) -> float:
+    """Of a frame from the base's middle, over the floor [m]."""
+    return float(np.hypot(frame.position[0] - world.base.x, frame.position[1] - world.base.y))
+
+
 def is_carrying(world: Imagination, arm: Arm) -> bool:
     """Whether what the arm carries is high enough and close enough to the body for driving."""
-    held, tool, base = world.carried_frame(arm), world.tool(arm), world.base
-    away = max(float(np.hypot(p[0] - base.x, p[1] - base.y)) for p in (held.position, tool.position))
+    held, tool = world.carried_frame(arm), world.tool(arm)
+    away = max(_from_middle(world, held), _from_middle(world, tool))
     return away < _CLOSE and float(held.position[2]) > min(_HEIGHTS) - 0.02
 
 

@@ -7,7 +7,7 @@ from attune.core.clock import Clock
 from attune.robots.interface import ARMS, Arm, Collision, Unreachable
 from attune.robots.mujoco.arcs import HANDLE_GAP
 from attune.robots.mujoco.beliefs import Beliefs
-from attune.robots.mujoco.carry import carrying_path, folding_path, is_carrying, is_folded
+from attune.robots.mujoco.carry import carrying_path, folding_path, is_carrying, is_folded, is_out_of_the_way
 from attune.robots.mujoco.escape import escape_path, steps_away
 from attune.robots.mujoco.imagination import Imagination
 from attune.robots.mujoco.motions import BASE_LIMITS, Motions
@@ -86,7 +86,7 @@ class Folding:
 
     def _is_done(self, arm: Arm) -> bool:
         world = self._beliefs.imagine()
-        return is_carrying(world, arm) if arm in self._beliefs.held else is_folded(world, arm)
+        return is_carrying(world, arm) if arm in self._beliefs.held else is_out_of_the_way(world, arm)
 
     async def _straight_out(self, arm: Arm) -> bool:
         """A short straight move of the hand into the open, and a path from there; whether there is one."""

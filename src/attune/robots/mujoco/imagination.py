@@ -99,10 +99,17 @@ class Imagination:
                     m.geom_contype[geom] = _ARM_BITS[arm] | _CARRIED_BITS[arm]
                     m.geom_conaffinity[geom] = meets | other
                     m.geom_margin[geom] = MARGIN / 2
+        self._tell_bodies_margins()
         m.opt.disableflags |= mujoco.mjtDisableBit.mjDSBL_WARMSTART
         for of_body, of_geom in ((m.body_contype, m.geom_contype), (m.body_conaffinity, m.geom_conaffinity)):
             of_body[:] = 0
             np.bitwise_or.at(of_body, m.geom_bodyid, of_geom)
+
+    def _tell_bodies_margins(self) -> None:
+        """After geoms' margins were changed: MuJoCo compares only bodies whose boxes, grown by theirs, overlap."""
+        margins = np.zeros(self.model.nbody)
+        np.maximum.at(margins, self.model.geom_bodyid, self.model.geom_margin)
+        self.model.body_margin[:] = margins
 
     def _links(self, arm: Arm) -> NDArray[np.bool_]:
         """Which geoms belong to an arm without its hand."""
@@ -163,15 +170,18 @@ class Imagination:
         links = (m.geom_contype == _ARM_BITS[arm]) & (m.geom_bodyid < hand)
         links &= m.body_rootid[m.geom_bodyid] == self._robot_root
         m.geom_margin[links] = margin
+        self._tell_bodies_margins()
 
     def widen_carried(self, arm: Arm, margin: float = MARGIN / 2) -> None:
         """Set how far what an arm carries keeps from everything [m]; without a margin, the usual one."""
         body = self.model.body(self._carried[arm][0]).id
         self.model.geom_margin[(self.model.geom_bodyid == body) & (self.model.geom_contype > 0)] = margin
+        self._tell_bodies_margins()
 
     def widen_objects(self, margin: float = _OBJECT_MARGIN) -> None:
         """Set how far the robot and what it carries keep from objects [m]; without a margin, the usual distance."""
         self.model.geom_margin[self.model.geom_contype == contact.OBJECT] = margin
+        self._tell_bodies_margins()
 
     def let_brush(self, arm: Arm) -> None:
         """If what an arm carries lies against the robot now, let it: no path could begin there otherwise."""
@@ -203,11 +213,13 @@ class Imagination:
         body = self.model.body(name).id
         # Distances are wrong where margins add up to less than nothing, so what may be rubbed is sorted out in `free`.
         self.model.geom_margin[self.model.geom_bodyid == body] = -_FINGER_MARGIN if rub else 0.0
+        self._tell_bodies_margins()
         self._rubbed = (body, rub)
 
     def keep_clear(self, name: str) -> None:
         """End `aim_at`."""
         self.model.geom_margin[self.model.geom_bodyid == self.model.body(name).id] = _OBJECT_MARGIN
+        self._tell_bodies_margins()
         self._rubbed = (-1, 0.0)
 
     def tool(self, arm: Arm, q: Array | None = None) -> Frame:
@@ -301,6 +313,15 @@ class Imagination:
         pairs = self.model.geom_bodyid[self.data.contact.geom]
         rubbing = (pairs == body).any(axis=1) & np.isin(pairs, self._fingers).any(axis=1)
         return bool((rubbing & (self.data.contact.dist > -rub)).all())
+
+    def clear_of_itself(self) -> bool:
+        """Whether robot and carried objects touch nothing of themselves, whatever else they touch."""
+        self._collide()
+        m = self.model
+        near = self.data.contact.dist < self.data.contact.includemargin
+        bodies = m.geom_bodyid[self.data.contact.geom[near]]
+        own = [m.body(name).id for name, _ in self._carried.values()]
+        return not bool(((m.body_rootid[bodies] == self._robot_root) | np.isin(bodies, own)).all(axis=1).any())
 
     def hand_free(self, arm: Arm) -> bool:
         """Whether an arm's hand and what it carries touch neither furniture nor objects, wherever the robot stands."""

@@ -79,7 +79,7 @@ class Manipulation:
 
     async def pick(self, percept: Percept, arms: tuple[Arm, ...], pitch: float | None = None) -> Arm:
         """Grasp, lift and take to a posture for driving. See `Robot.pick`."""
-        for arm in arms:  # Plans start from a known, free posture.
+        for arm in self._beliefs.free_arms:  # Plans start from a known, free posture, and leave room for the other.
             await self._folding.fold(arm)
         chosen = await self._plan_pick(percept, arms, pitch)
         plan, arm = chosen.plan, chosen.plan.arm

@@ -22,6 +22,8 @@ _SHARE = 0.6
 _JOINED = 0.02
 """A path that begins nearer than this to the end of the last one goes on from it [rad]."""
 _ARM_ACCELERATION = 4.0
+_TOLERANCE = 0.003
+"""How far a joint of an arm may leave the path that was found free of collisions [rad]."""
 BASE_LIMITS = Limits(np.array([0.5, 0.5, 0.9]), np.array([0.7, 0.7, 1.4]))
 _HEAD = Limits(np.array([2.0, 2.0]), np.array([8.0, 8.0]))
 _TORSO = Limits(np.array([pr2.SERVOS[pr2.TORSO].speed]), np.array([0.1]))
@@ -92,7 +94,7 @@ class Motions:
         joined = trail is not None and float(np.abs(trail[-1] - path[0]).max()) < _JOINED
         self._trails[arm] = np.concatenate((trail, path[1:])) if trail is not None and joined else path
         limits = Limits(_SHARE * speed * velocity, np.full(7, _ARM_ACCELERATION * speed))
-        await self._controller.follow(pr2.ARM_JOINTS[arm], plan_trajectory(path, limits))
+        await self._controller.follow(pr2.ARM_JOINTS[arm], plan_trajectory(path, limits, tolerance=_TOLERANCE))
 
     def way_back(self, arm: Arm) -> Array:
         """The arm's last continuous motions, backwards from where it is now, shape (n, 7)."""

@@ -14,7 +14,6 @@ from attune.robots.interface import Arm, BasePose, Percept, Point
 from attune.robots.mujoco import pr2
 from attune.robots.mujoco.arcs import ROOMS, find_arcs, handle_ways
 from attune.robots.mujoco.beliefs import Held
-from attune.robots.mujoco.carry import FOLDED
 from attune.robots.mujoco.costmap import Costmap, Footprint
 from attune.robots.mujoco.imagination import Imagination
 from attune.robots.mujoco.whole_motions import PLACING, Manner, find_picks, find_places, manners, radius
@@ -101,10 +100,11 @@ def pick_poses(
 ) -> Iterator[BasePose | None]:
     """Base poses for picking an object up with one of the arms for which there are worlds."""
     hopeless: set[bytes] = set()
+    postures = {arm: world.arm(arm) for arm, (world, _) in worlds.items()}
 
     def prove(arm: Arm, manner: Manner) -> bool:
         world, carrying = worlds[arm]
-        search = find_picks(world, carrying, percept, arm, FOLDED[arm], rng, _COMPLETIONS, pitch, hopeless, manner)
+        search = find_picks(world, carrying, percept, arm, postures[arm], rng, _COMPLETIONS, pitch, hopeless, manner)
         return any(plan is not None for plan in search)
 
     view = next(iter(worlds.values()))[0]
@@ -158,11 +158,12 @@ def handle_poses(
     ways = handle_ways(next(iter(worlds.values())), container, *span)
     x, y, z = np.mean([ways[0][0].position, ways[0][-1].position], axis=0)
 
+    postures = {arm: world.arm(arm) for arm, world in worlds.items()}
     pairs = {arm: (world, world) for arm, world in worlds.items()}
     for room in ROOMS:
 
         def prove(arm: Arm, room: float = room) -> bool:
-            search = find_arcs(worlds[arm], arm, container, ways, span, FOLDED[arm], rng, room, _COMPLETIONS)
+            search = find_arcs(worlds[arm], arm, container, ways, span, postures[arm], rng, room, _COMPLETIONS)
             return any(arc is not None for arc in search)
 
         found = False

@@ -31,7 +31,7 @@ from attune.robots.interface import (
     UnknownTarget,
 )
 from attune.robots.mujoco.beliefs import Beliefs
-from attune.robots.mujoco.carry import FOLDED
+from attune.robots.mujoco.carry import fold
 from attune.robots.mujoco.containers import Containers
 from attune.robots.mujoco.controller import Controller
 from attune.robots.mujoco.costmap import Costmap, footprint
@@ -166,7 +166,7 @@ class MujocoRobot(Robot):
         match target:
             case PickTarget(percept, goal, wanted):
                 worlds = {
-                    arm: (self._folded(), self._beliefs.imagine(grasping=(arm, percept.name)))
+                    arm: (self._folded(), self._folded(grasping=(arm, percept.name)))
                     for arm in self._beliefs.free_arms
                     if wanted in (arm, None)
                 }
@@ -203,12 +203,17 @@ class MujocoRobot(Robot):
             return 0.0
         return np.pi / 2 if np.isfinite(near.headroom) else None
 
-    def _folded(self, without_content: str = "") -> Imagination:
+    def _folded(self, *, grasping: tuple[Arm, str] | None = None, without_content: str = "") -> Imagination:
         """The kitchen as believed, with the free arms folded, as they are before an arm action."""
         world = self._beliefs.imagine(without_content=without_content)
         for arm in self._beliefs.free_arms:
-            world.set_arm(arm, FOLDED[arm])
-        return world
+            fold(world, arm)
+        if grasping is None:
+            return world
+        grasped = self._beliefs.imagine(grasping=grasping)
+        for arm in self._beliefs.free_arms:
+            grasped.set_arm(arm, world.arm(arm))
+        return grasped
 
     def _container(self, name: str) -> Container:
         for container in self._scene.containers:

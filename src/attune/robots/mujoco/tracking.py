@@ -33,7 +33,8 @@ class Tracks:
         orientation: Of the hand, shape (n, 3, 3).
         pans: The grid, in equal steps, shape (k,) [rad].
         branch: Which of the two ways to bend, +1 or -1.
-        start: If given, the configuration at the first pose.
+        start: If given, the configuration at the first pose, at the pan nearest to its own.
+        end: The same at the last pose.
 
     Attributes:
         costs: Of the path from each pan: how far its joints turn and how near they come to their limits; infinite
@@ -48,6 +49,7 @@ class Tracks:
         pans: Array,
         branch: float,
         start: Array | None = None,
+        end: Array | None = None,
     ) -> None:
         n, k = len(position), len(pans)
         q, good = kinematics.inverse(
@@ -58,8 +60,9 @@ class Tracks:
         )
         self._kinematics = kinematics
         self._q, good = q.reshape(n, k, 7), good.reshape(n, k)
-        if start is not None:
-            self._q[0], good[0] = start, np.abs(pans - start[0]) < 1e-9
+        for pose, fixed in ((0, start), (-1, end)):
+            if fixed is not None:
+                self._q[pose], good[pose] = fixed, np.arange(k) == np.argmin(np.abs(pans - fixed[0]))
         price = np.where(good, self._near_limits(), np.inf)
         changes = self._changes()
         padded = np.full(k + 2 * _NEIGHBOURS, np.inf)

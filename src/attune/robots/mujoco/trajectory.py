@@ -5,6 +5,7 @@ starts and ends at rest and respects the limits. Following it at a lower speed (
 the path, which is how a halt stops the robot on its way without overshoot.
 """
 
+import math
 from dataclasses import dataclass
 from typing import cast
 
@@ -15,6 +16,12 @@ Array = NDArray[np.float64]
 
 _CURVE_SHARE = 0.6
 """Share of the acceleration that bends may use; the rest is left for speeding up and braking."""
+_STEP = 0.01
+"""Between two points of a trajectory's path, as the time it takes at full speed [s]."""
+_NARROWINGS = 8
+"""Times that the rounding of corners is made sharper, at most."""
+_NARROWING = 0.5
+"""How fast the window over which a corner is rounded narrows along the path."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -78,7 +85,9 @@ class Trajectory:
         return self._path[i] + along * step, (self._speed[i] + acceleration * elapsed) * step
 
 
-def plan_trajectory(waypoints: Array, limits: Limits, blend: float = 0.1) -> Trajectory:
+def plan_trajectory(
+    waypoints: Array, limits: Limits, blend: float = 0.1, tolerance: float = math.inf
+) -> Trajectory:
     """The fastest trajectory along a polyline.
 
     Args:
@@ -86,6 +95,7 @@ def plan_trajectory(waypoints: Array, limits: Limits, blend: float = 0.1) -> Tra
         limits: Of the n joints.
         blend: How much of the path a corner is rounded over, as the time [s] it takes at full speed. The rounded
             path leaves the polyline by at most blend/8 times the change of velocity at the corner.
+        tolerance: How far a joint of the rounded path may be from the polyline [rad or m]: corners are sharper for it.
     """
     waypoints = np.asarray(waypoints, dtype=float)
     lengths = np.linalg.norm(np.diff(waypoints, axis=0) / limits.velocity, axis=1)
@@ -94,20 +104,37 @@ def plan_trajectory(waypoints: Array, limits: Limits, blend: float = 0.1) -> Tra
     points = waypoints[keep]
     if len(points) == 1:
         return Trajectory(np.repeat(points, 2, axis=0), np.array([1e9, 1e9]))
-    count = max(8, int(np.ceil(knots[-1] / 0.01)))
+    count = max(8, int(np.ceil(knots[-1] / (_STEP if math.isinf(tolerance) else _STEP / 2))))
     at = np.linspace(0.0, knots[-1], count + 1)
-    path = _rounded(at, knots, points, blend)
+    path = _rounded(at, knots, points, blend, tolerance)
     return Trajectory(path, _fastest(path, limits))
 
 
-def _rounded(at: Array, knots: Array, points: Array, blend: float) -> Array:
+def _rounded(at: Array, knots: Array, points: Array, blend: float, tolerance: float) -> Array:
     """The moving average of the polyline over a window of width `blend` that shrinks towards the ends.
 
-    It is computed exactly, from the polyline's integral.
+    Where the average is farther than `tolerance` from the polyline, the window is narrower.
     """
+    line = _interpolate(at, knots, points)
     if len(points) == 2 or blend <= 0.0:
-        return _interpolate(at, knots, points)
+        return line
     half = np.minimum(blend / 2, np.minimum(at, knots[-1] - at))
+    for _ in range(_NARROWINGS):
+        path = _averaged(at, knots, points, half)
+        excess = np.abs(path - line).max(axis=1) / tolerance
+        if excess.max() <= 1.0:
+            break
+        # A window that narrows faster than it moves on would make the path go backwards.
+        wanted = half / np.maximum(1.0, 1.1 * excess)
+        steps = _NARROWING * np.arange(len(at)) * (at[1] - at[0])
+        half = np.minimum(
+            np.minimum.accumulate(wanted - steps) + steps, np.minimum.accumulate((wanted + steps)[::-1])[::-1] - steps
+        )
+    return path
+
+
+def _averaged(at: Array, knots: Array, points: Array, half: Array) -> Array:
+    """The means of the polyline over windows around `at`, half so wide each; exact, from the polyline's integral."""
     half = np.maximum(half, 1e-6 * knots[-1])
     low, high = np.clip(at - half, 0.0, knots[-1]), np.clip(at + half, 0.0, knots[-1])
     segments = np.diff(knots)[:, None] * (points[1:] + points[:-1]) / 2

@@ -266,7 +266,7 @@ def _from_and_to(
         return None
     lower = _turned(plan.lower, reach[-1])
     retreat = _turned(plan.retreat, lower[-1])
-    fold = folding_path(world, plan.arm, rng, retreat[-1])
+    fold = folding_path(world, plan.arm, rng, retreat[-1], posture)
     if fold is None:
         return None
     return Place(reach, PlacePlan(plan.arm, lower, retreat, plan.placed), fold)
