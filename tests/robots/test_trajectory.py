@@ -39,6 +39,13 @@ def test_a_corner_is_rounded_by_no_more_than_its_blend() -> None:
     assert on_path.max() < 0.2 / 8 * 2.0 * 1.5
 
 
+def test_where_it_must_stay_near_the_corner_it_is_rounded_less() -> None:
+    path = plan_trajectory(CORNER, LIMITS, blend=0.2, tolerance=0.002).points
+    off = np.minimum(np.abs(path[:, 1]) + np.maximum(0, path[:, 0] - 1), np.abs(path[:, 0] - 1))
+    assert 0.0 < off.max() <= 0.002 * 2  # Both joints may be off by so much.
+    assert (np.diff(path, axis=0) >= -1e-9).all()
+
+
 def test_a_straight_path_is_never_left() -> None:
     _, q, _ = samples(np.array([[0.0, 0.0], [1.0, 2.0]]))
     assert np.abs(q[:, 1] - 2 * q[:, 0]).max() < 1e-9

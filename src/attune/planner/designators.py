@@ -134,7 +134,9 @@ def free_spots(scene: Scene, belief: Belief, place: str, item: Individual | None
         near = sorted(_grid(surface, item), key=lambda point: math.dist(point[:2], scene.user))
         yield from in_front(Spot(surface, point) for point in near if _is_free(belief, surface, point, item))
     if item is not None:
-        between = [Spot(surface, point, tight=True) for surface in surfaces for point in _grid(surface, item, fine=True)]
+        between = [
+            Spot(surface, point, tight=True) for surface in surfaces for point in _grid(surface, item, fine=True)
+        ]
         clear = [spot for spot in between if is_clear(belief, spot, item)]
         yield from in_front(sorted(clear, key=lambda spot: -_clearance(belief, spot)))
     yield from behind

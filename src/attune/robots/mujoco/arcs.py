@@ -13,7 +13,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from attune.robots.interface import Arm
-from attune.robots.mujoco.arm_paths import joint_path, sparse_first
+from attune.robots.mujoco.arm_paths import joint_path
 from attune.robots.mujoco.carry import folding_path
 from attune.robots.mujoco.frames import Frame
 from attune.robots.mujoco.imagination import Imagination
@@ -21,6 +21,7 @@ from attune.robots.mujoco.kinematics import ArmKinematics, rotation
 from attune.robots.mujoco.kitchen import handle_name, joint_name
 from attune.robots.mujoco.reaching import finer, follow, stacked, straight
 from attune.robots.mujoco.tracking import Tracks
+from attune.robots.mujoco.trees import sparse_first
 
 Array = NDArray[np.float64]
 

@@ -8,11 +8,12 @@ from numpy.typing import NDArray
 
 from attune.robots.interface import Arm
 from attune.robots.mujoco import pr2
-from attune.robots.mujoco.arm_paths import joint_path, upright_path
+from attune.robots.mujoco.arm_paths import joint_path
 from attune.robots.mujoco.frames import Frame
 from attune.robots.mujoco.imagination import Imagination
 from attune.robots.mujoco.kinematics import rotation
 from attune.robots.mujoco.reaching import comfort
+from attune.robots.mujoco.upright_paths import upright_path
 
 Array = NDArray[np.float64]
 

@@ -85,9 +85,7 @@ class Trajectory:
         return self._path[i] + along * step, (self._speed[i] + acceleration * elapsed) * step
 
 
-def plan_trajectory(
-    waypoints: Array, limits: Limits, blend: float = 0.1, tolerance: float = math.inf
-) -> Trajectory:
+def plan_trajectory(waypoints: Array, limits: Limits, blend: float = 0.1, tolerance: float = math.inf) -> Trajectory:
     """The fastest trajectory along a polyline.
 
     Args:
@@ -148,7 +146,7 @@ def _averaged(at: Array, knots: Array, points: Array, half: Array) -> Array:
 
     rounded = (integral(high) - integral(low)) / (high - low)[:, None]
     rounded[0], rounded[-1] = points[0], points[-1]
-    return cast("Array", rounded)
+    return np.asarray(rounded)
 
 
 def _interpolate(at: Array, knots: Array, points: Array) -> Array:

@@ -13,7 +13,7 @@ from numpy.typing import NDArray
 
 from attune.robots.interface import Arm, Percept, Point
 from attune.robots.mujoco import pr2
-from attune.robots.mujoco.arm_paths import joint_path, upright_path
+from attune.robots.mujoco.arm_paths import joint_path
 from attune.robots.mujoco.beliefs import Held
 from attune.robots.mujoco.carry import carrying_path, folding_path
 from attune.robots.mujoco.frames import Frame, frame_of
@@ -29,6 +29,7 @@ from attune.robots.mujoco.pick_place import (
     pick_starts,
     place_starts,
 )
+from attune.robots.mujoco.upright_paths import upright_path
 
 Array = NDArray[np.float64]
 

@@ -1,0 +1,79 @@
+import itertools
+
+import numpy as np
+import pytest
+
+from attune.core.scene import load_scene
+from attune.robots.interface import BasePose
+from attune.robots.mujoco.carry import FOLDED, fold, folding_path, is_folded, is_out_of_the_way
+from attune.robots.mujoco.frames import Frame
+from attune.robots.mujoco.imagination import Imagination
+from attune.robots.mujoco.upright_paths import upright_path
+from attune.robots.mujoco.world import World
+
+SCENE = load_scene()
+ACROSS = np.array([-0.459, 0.619, -0.446, -2.145, 4.962, -1.955, 2.914])
+"""Of the left arm: close to the body, where the folded right arm would be."""
+BESIDE = np.array([0.006, 0.205, -0.877, -2.047, -0.532, -1.872, -4.034])
+"""Of the right arm: close to the body, beside the left one."""
+AHEAD, ASIDE = (0.6, -0.1, 0.0), (0.1, -0.9, 0.1)
+
+
+@pytest.fixture(scope="module")
+def world() -> World:
+    return World(SCENE)
+
+
+def in_the_open(world: World, *, carrying: bool = False) -> Imagination:
+    """The robot in the middle of the room, with a cup in its right hand or empty hands."""
+    in_hand = Frame(np.array([0.0, 0.0, -0.04]), np.eye(3))
+    imagined = Imagination(world.model, world.snapshot(), {}, {"right": ("red_cup", in_hand)} if carrying else {})
+    imagined.base = BasePose(2.9, 2.9, 0.0)
+    return imagined
+
+
+def level(imagined: Imagination, place: tuple[float, float, float]) -> np.ndarray:
+    """A configuration of the right arm with the hand level at a place in the torso's frame, pointing ahead."""
+    kinematics = imagined.kinematics["right"]
+    q, _ = kinematics.solutions(np.array([place]), np.eye(3)[None], kinematics.pan_grid())
+    return q[len(q) // 2]
+
+
+@pytest.mark.parametrize(("margin", "is_free"), [(0.02, False), (0.004, True)])
+def test_what_is_carried_keeps_as_far_from_objects_as_it_is_told(world: World, margin: float, is_free: bool) -> None:
+    imagined = in_the_open(world, carrying=True)
+    imagined.set_arm("right", level(imagined, AHEAD))
+    cup = imagined.carried_frame("right")
+    radii = sum(SCENE.shape(name).extent[0] / 2 for name in ("red_cup", "black_mug"))
+    imagined.put("black_mug", Frame(cup.position + (radii + 0.012, 0.0, 0.0), cup.rotation))
+    imagined.widen_objects(margin)
+    assert imagined.free() == is_free
+
+
+def test_an_empty_arm_has_somewhere_to_go_also_where_the_other_is_in_its_way(world: World) -> None:
+    imagined = in_the_open(world)
+    imagined.set_arm("left", ACROSS)
+    imagined.set_arm("right", BESIDE)
+    assert is_out_of_the_way(imagined, "right")
+    stretched = level(imagined, AHEAD)
+    imagined.set_arm("right", stretched)
+    assert not is_out_of_the_way(imagined, "right")
+    path = folding_path(imagined, "right", np.random.default_rng(0), stretched, instead=BESIDE)
+    assert path is not None
+    imagined.set_arm("right", path[-1])
+    assert is_out_of_the_way(imagined, "right")
+    imagined.set_arm("left", FOLDED["left"])
+    fold(imagined, "right")
+    assert is_folded(imagined, "right")
+
+
+def test_a_carried_object_stays_upright_around_the_shoulder(world: World) -> None:
+    imagined = in_the_open(world, carrying=True)
+    start, goal = level(imagined, AHEAD), level(imagined, ASIDE)
+    path = upright_path(imagined, "right", start, goal, np.random.default_rng(0))
+    assert path is not None
+    assert path[0] == pytest.approx(start)
+    assert path[-1] == pytest.approx(imagined.kinematics["right"].unwrap(goal, path[-1]))
+    dense = np.concatenate([np.linspace(a, b, 5) for a, b in itertools.pairwise(path)])
+    _, orientation = imagined.kinematics["right"].forward(dense)
+    assert orientation[:, 2, 2].min() > np.cos(np.radians(3.0))
