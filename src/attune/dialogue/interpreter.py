@@ -41,6 +41,7 @@ class Interpretation:
         age: The age that the person stated [years], 0 for none.
         answers: Whether this chooses what the pending question is about.
         suggestion: What the person may have said (repair): a question about it is worth asking.
+        doubted: What it means if it was asked of the robot, which is doubtful: a question about it is worth asking.
     """
 
     intent: Intent
@@ -58,6 +59,7 @@ class Interpretation:
     age: int = 0
     answers: bool = False
     suggestion: str = ""
+    doubted: "Interpretation | None" = None
 
 
 class Interpreter(Protocol):

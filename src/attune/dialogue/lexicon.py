@@ -14,6 +14,7 @@ from pydantic import BaseModel, ConfigDict, ValidationError, field_validator
 from attune.core.codec import describe
 from attune.core.errors import AttuneError
 from attune.core.messages import ObjectSpec
+from attune.dialogue.words import words
 
 Group = Literal["type", "color", "size", "comparative", "place", "unknown"]
 
@@ -108,7 +109,9 @@ class Lexicon:
         self.robot = file.words.robot
         self.people = file.words.people
         self.homophones: Mapping[str, str] = file.homophones
-        self.names = file.words.names
+        self.names = file.words.names | _first_names()
+        self.others = self.people | self.names
+        """Whoever is called by one of these is not the robot."""
         self.numbers: Mapping[str, int] = file.numbers
         self.phrases: dict[tuple[str, ...], Entry] = {}
         groups: tuple[tuple[Group, Mapping[str, tuple[str, ...]]], ...] = (
@@ -184,6 +187,12 @@ def regular_plural(noun: str) -> str:
     if noun.endswith("y") and noun[-2:-1] not in "aeiou":
         return noun[:-1] + "ies"
     return noun + "s"
+
+
+@cache
+def _first_names() -> frozenset[str]:
+    text = (resources.files("attune.data") / "first_names.txt").read_text(encoding="utf-8")
+    return words(" ".join(line for line in text.splitlines() if not line.startswith("#")))
 
 
 @cache

@@ -81,7 +81,7 @@ class Repairer:
         )
         self._canonical = frozenset(lexicon.values("type")) | frozenset(lexicon.values("color"))
         self._model = load_command_model()
-        self._people = lexicon.names | lexicon.people
+        self._people = lexicon.others
         self._known = frozenset(word for words in lexicon.phrases for word in words)
 
     async def repaired(
@@ -98,7 +98,7 @@ class Repairer:
             context: The situation.
             interpreter: Who interprets the other readings.
         """
-        if meaning.intent not in _DOUBTFUL or (utterance.typed and meaning.intent == "fragment"):
+        if meaning.intent not in _DOUBTFUL or meaning.doubted or (utterance.typed and meaning.intent == "fragment"):
             return meaning
         tokens = tokenize(utterance.text)
         words = [token.text for token in tokens]

@@ -3,6 +3,7 @@
 import re
 from collections.abc import Sequence
 
+from attune.dialogue.grammar.clauses import Called
 from attune.dialogue.grammar.tokens import Token
 from attune.dialogue.lexicon import Lexicon
 from attune.dialogue.words import words
@@ -69,7 +70,7 @@ def is_for_someone_else(tokens: Sequence[Token], lexicon: Lexicon) -> bool:
     words = [token.text for token in tokens]
     if any(word == "robot" and words[at - 1 : at] in ([], [","], ["."]) for at, word in enumerate(words)):
         return False
-    others = lexicon.people | lexicon.names
+    others = lexicon.others
     at = 0
     while at < len(words) and (words[at] in _OPENERS or words[at] == ","):
         at += 1
@@ -91,10 +92,33 @@ def is_for_someone_else(tokens: Sequence[Token], lexicon: Lexicon) -> bool:
     end = len(words)
     while end and words[end - 1] in {".", "?", "please", "thanks"}:
         end -= 1
-    called = lexicon.names | (lexicon.people - {"sir", "madam"})
-    if words[0] != "you":
-        called -= lexicon.robot  # "leave it be, sweetheart", but not "you take the fork, sweetie"
-    return end >= 3 and words[end - 1] in called and words[end - 2] in {",", "you"}
+    if end < 3 or words[end - 2] not in {",", "you"} or words[end - 1] not in others - {"sir", "madam"}:
+        return False
+    # "Leave it be, sweetheart" may be for the robot, but not "you take the fork, sweetie".
+    return words[0] == "you" or words[end - 1] not in lexicon.robot
+
+
+def who_is_called(tokens: Sequence[Token], lexicon: Lexicon, *, left_out: int) -> Called:
+    """Who is called, by a name anywhere in the utterance.
+
+    Args:
+        tokens: The whole utterance.
+        lexicon: The words of this situation.
+        left_out: How many of its words were a name of the robot at its beginning or end.
+    """
+    words = [token.text for token in tokens]
+    for at, word in enumerate(words):
+        if word in _ROBOTS and (at == 0 or words[at - 1] not in _BEFORE_WHAT_IS_SPOKEN_OF):
+            return "robot"
+    if is_for_someone_else(tokens, lexicon):
+        return "else"
+    return "dear" if left_out else ""
+
+
+_ROBOTS = words("robot robbie attune robo bot")
+_BEFORE_WHAT_IS_SPOKEN_OF = words(
+    "the a an this that my your our his her their of with to for kitchen new toy every which any no some one little"
+)
 
 
 def _names_somebody_in_between(words: Sequence[str], lexicon: Lexicon) -> bool:

@@ -125,7 +125,7 @@ def _options(text: str, context: Context, reader: PhraseReader, whole: str) -> t
 
 
 _BRING_IT = re.compile(
-    r"(?:(?:yes|please|okay|sure|go on|oui|then|,) ?)+(?:please )?(?:bring|fetch|get)"
+    r"(?:(?:yes|please|okay|sure|go on|go ahead|why not|do|oui|then|and|,) ?)+(?:bring|fetch|get|take)"
     r"(?: (?:it|that|them|me that|me it|please|over|,))*"
 )
 

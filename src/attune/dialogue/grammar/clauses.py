@@ -9,6 +9,7 @@ from attune.dialogue.grammar import frames
 from attune.dialogue.grammar.items import Item, Spot, Thing, Word
 from attune.dialogue.lexicon import Lexicon
 
+Called = Literal["robot", "dear", "else", ""]
 ClauseKind = Literal["fetch", "put", "wish", "lack", "swap", "drop", "plain"]
 
 
@@ -27,11 +28,17 @@ _REPORTED = re.compile(r"\b(?:says?|said|told|tells?|asked|asks|wants?|recipe|he
 
 @dataclass(frozen=True, slots=True)
 class Sentence:
-    """An utterance as a skeleton: words, with `T0` for a thing, `P0` for a place."""
+    """An utterance as a skeleton: words, with `T0` for a thing, `P0` for a place.
+
+    Attributes:
+        called: Who is called: the `robot`, something that a robot or a person may be called (`dear`), somebody
+            `else`, or nobody ("").
+    """
 
     skeleton: str
     things: tuple[Thing, ...]
     spots: tuple[Spot, ...]
+    called: Called = ""
 
 
 @dataclass(frozen=True, slots=True)
@@ -98,7 +105,7 @@ class ClauseCutter:
 
     def __init__(self, lexicon: Lexicon) -> None:
         verbs = lexicon.verbs
-        self._subjects = lexicon.people | lexicon.names
+        self._subjects = lexicon.others
         self._kinds: tuple[tuple[ClauseKind, re.Pattern[str]], ...] = (
             ("swap", _one_of(verbs.swap)),
             ("drop", _one_of(verbs.drop)),

@@ -8,7 +8,7 @@ from dataclasses import replace
 from attune.core.messages import ObjectSpec
 from attune.dialogue.context import Context
 from attune.dialogue.grammar import frames
-from attune.dialogue.grammar.addressee import is_for_someone_else
+from attune.dialogue.grammar.addressee import is_for_someone_else, who_is_called
 from attune.dialogue.grammar.answers import read_answer, read_question
 from attune.dialogue.grammar.breakfast import wants_breakfast
 from attune.dialogue.grammar.clauses import ClauseCutter, Sentence, skeleton
@@ -84,8 +84,7 @@ class GrammarInterpreter:
             meaning = Interpretation(intent="talk", confidence=SOMEBODY_CALLED, reason="somebody else is called")
         else:
             meaning = self._by_rules(tokens, context)
-        answers = context.pending_question and meaning.intent in INSTRUCTIONS
-        if not answers and meaning.intent not in CERTAIN:
+        if meaning.intent not in CERTAIN:
             meaning = self._second_opinion(meaning, tokens, context)
         if meaning.intent == "replace_object":
             add, remove = in_their_roles(meaning.add, meaning.remove, context.recent)
@@ -98,7 +97,9 @@ class GrammarInterpreter:
 
     def _sentence(self, tokens: Sequence[Token], context: Context) -> tuple[Sentence, Lexicon]:
         lexicon, reader = self._words_of(context)
-        return skeleton(reader.items(_without_names_of_robot(list(tokens), lexicon))), lexicon
+        kept = _without_names_of_robot(list(tokens), lexicon)
+        called = who_is_called(tokens, lexicon, left_out=len(tokens) - len(kept))
+        return replace(skeleton(reader.items(kept)), called=called), lexicon
 
     def _second_opinion(self, meaning: Interpretation, tokens: Sequence[Token], context: Context) -> Interpretation:
         sentence, lexicon = self._sentence(tokens, context)
@@ -120,7 +121,7 @@ class GrammarInterpreter:
             return whole
         start, end, words = stop
         called = re.match(r" , (\w+)(?= [,.]|$)", stopless[end:])
-        if words not in _STOP_WORDS and called and called[1] in (lexicon.names | lexicon.people) - lexicon.robot:
+        if words not in _STOP_WORDS and called and called[1] in lexicon.others - lexicon.robot:
             return Interpretation(intent="talk", confidence=SOMEBODY_CALLED, reason="somebody else is called")
         after = stopless[end:].strip(" ,.?")
         if after and _WAITS.match(words) and re.search(r"\b[TP]\d+\b", stopless[:start]):
@@ -232,7 +233,7 @@ def _elsewhere(wanted: Wanted, text: str, lexicon: Lexicon) -> Interpretation | 
     if named is None or wanted.destination or not (wanted.asked and wanted.add):
         return None
     place = named["to"] or named["at"]
-    if place in _NO_PLACES | lexicon.people | lexicon.names:
+    if place in _NO_PLACES | lexicon.others:
         return None
     reason = "names a place it does not know"
     return Interpretation(intent="unknown_object", unknown=place, confidence=0.7, reason=reason)

@@ -2,8 +2,8 @@
 
 import math
 import re
-from collections.abc import Sequence
-from dataclasses import replace
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass, replace
 
 from attune.core.messages import ObjectSpec
 from attune.dialogue.context import Context
@@ -13,41 +13,61 @@ from attune.dialogue.grammar.command_model import COMMANDS, load_command_model
 from attune.dialogue.grammar.corrections import settle
 from attune.dialogue.grammar.second_reading import SecondReading
 from attune.dialogue.grammar.stopping import without_denied_stops
-from attune.dialogue.interpreter import Interpretation
+from attune.dialogue.interpreter import CommandIntent, Interpretation
 from attune.dialogue.lexicon import Lexicon
 
 INSTRUCTIONS = frozenset({"bring_me", "replace_object", "change_location", "setting_breakfast"})
 CERTAIN = frozenset(
-    {
-        "stop",
-        "thanks",
-        "greeting",
-        "backchannel",
-        "style",
-        "stated_age",
-        "repeat",
-        "dont_stop",
-        "carry_on",
-        "put_back",
-        "deny",
-    }
+    {"thanks", "greeting", "backchannel", "style", "stated_age", "repeat", "dont_stop", "carry_on", "put_back", "deny"}
 )
 """What the rules are not contradicted in."""
 NOTHING_FOUND = frozenset({"talk", "question", "fragment", "unknown_action", "unknown_object", "unclear"})
 SOMEBODY_CALLED = 0.85
 """The rules' confidence that somebody else is spoken to, when they say so by a name."""
 
-# How much likelier a command is when the rules found it; measured by cross-validation on unseen sentences.
-_TRUST_IN_BRING_ME = math.exp(1.5)
-_TRUST_IN_OTHERS = math.exp(2)
-_TRUST_IN_A_CONTRAST = math.exp(4)
-_TRUST_IN_NOTHING = math.exp(1.5)
-_MISSING_A_STOP_IS_WORSE = 1.5
-_LIKELY = 0.4
+
+@dataclass(frozen=True, slots=True)
+class Limits:
+    """How much likelier no command has to be than the one that the rules found, as logarithms of odds.
+
+    Chosen on sentences that neither the rules nor the model had seen (`scripts/train_command_model.py --check` makes
+    such models), so that few commands are lost: a question costs a person a word, a false movement more.
+
+    Attributes:
+        ask: From here on the robot asks before it acts.
+        ignore: From here on it takes the words for talk.
+    """
+
+    ask: float
+    ignore: float
+
+
+_LIMITS = {
+    "bring_me": Limits(-0.5, 1.0), "setting_breakfast": Limits(0.0, 1.0), "change_location": Limits(0.5, 1.5),
+    "replace_object": Limits(1.5, 3.0), "stop": Limits(3.0, 3.0),
+}  # fmt: skip
+_ANSWERS = Limits(2.0, 3.0)
+_ANOTHER_COMMAND = {"bring_me": 1.5, "replace_object": 4.0}
+"""How much likelier another command has to be; less for what people mix up."""
+_ANOTHER_THAN_THE_REST = 2.0
+_NONE_FOUND = 2.0
+"""How much likelier a command has to be than none, where the rules found none."""
+_SOMEBODY_ELSE_CALLED = 3.0
+_A_STOP = {True: -0.4, False: 0.3}
+"""The same for a stop, of a robot that is at work or not: missing one is worse than stopping for nothing."""
 _LIKELIER_THAN_NOT = 0.5
 _SURE = 0.9
+_SHORT = 4
+"""A stop of so few words is never doubted."""
 _EXPLAINS = re.compile(r"\b(?:i|we) have (?:already )?(?:found|got) T\d+$")
 _ABOUT_MEMORY = re.compile(r"\b(?:forget|remember|erase|delete) (?:about )?(?:me|my name|who i am|everything about)\b")
+_CLEAR = re.compile(
+    r"(?:(?:please|okay|now|hey|hello|then|and|also|yes|thanks|can you|could you|would you|will you|,) )*"
+    r"(?:(?:bring|get|fetch|give|pass|hand|take)(?: (?:me|us|over))? T\d+(?:(?: ,)? and T\d+)*(?: P\d+){0,2}|"
+    r"(?:put|place|set|leave) (?:T\d+|it|that|them) (?:down )?P\d+)"
+    r"(?: (?:please|thanks|now|,|\.|\?))*"
+)
+"""An order that is nothing else, and so is not doubted, unless somebody else is called."""
 
 
 class SecondOpinion:
@@ -78,16 +98,53 @@ class SecondOpinion:
             return meaning
         found = meaning.intent if meaning.intent in COMMANDS else "other"
         judged = self._model.judge(sentence, context, lexicon)
-        trust = _trust(meaning)
-        command = max(COMMANDS, key=lambda name: judged[name] * (trust if name == found else 1.0))
-        if found == "other" and judged["stop"] > max(judged[command] / _MISSING_A_STOP_IS_WORSE, _LIKELY):
-            command = "stop"
+        if found != "other":
+            doubted = self._doubted(meaning, found, judged, sentence)
+            if doubted is not None:
+                return doubted
+            if context.pending_question and meaning.intent in INSTRUCTIONS:
+                return meaning
+        command = self._command(meaning, found, judged, context)
         if command == found or (meaning.intent == "cancel_object" and command not in _MORE_THAN_CANCELLING):
             return meaning
         text = without_denied_stops(sentence.skeleton)[0]
         settled, text, _ = settle(sentence, frames.without_asides(text))
         reading = SecondReading(text, settled, context, lexicon, said)
         return reading.read_as(command, self._cutter, judged[command]) or meaning
+
+    @staticmethod
+    def _doubted(
+        meaning: Interpretation, found: CommandIntent, judged: Mapping[CommandIntent, float], sentence: Sentence
+    ) -> Interpretation | None:
+        """A question or talk in place of a command, where it is doubtful that anything was asked of the robot."""
+        if _CLEAR.fullmatch(sentence.skeleton) and sentence.called != "else":
+            return None
+        if found == "stop" and (len(sentence.skeleton.split()) <= _SHORT or sentence.called == "robot"):
+            return None
+        limits = _ANSWERS if meaning.answers else _LIMITS[found]
+        against = _log_odds(judged, "other", found)
+        if against > limits.ignore:
+            reason = "the whole sentence sounds like no request"
+            return Interpretation(intent="talk", confidence=round(judged["other"], 2), reason=reason)
+        if against > limits.ask:
+            reason = "may not have been asked of the robot"
+            return Interpretation(intent="unclear", confidence=round(judged[found], 2), reason=reason, doubted=meaning)
+        return None
+
+    @staticmethod
+    def _command(
+        meaning: Interpretation, found: CommandIntent, judged: Mapping[CommandIntent, float], context: Context
+    ) -> CommandIntent:
+        """The command that is likeliest, given what the rules found."""
+        likeliest: CommandIntent = max((name for name in COMMANDS if name != "other"), key=lambda name: judged[name])
+        if found != "other":
+            needed = _ANOTHER_COMMAND.get(found, _ANOTHER_THAN_THE_REST)
+            return likeliest if _log_odds(judged, likeliest, found) > needed else found
+        if likeliest == "stop" and _log_odds(judged, "stop", "other") > _A_STOP[context.busy]:
+            return "stop"
+        somebody_else = meaning.intent == "talk" and meaning.confidence >= SOMEBODY_CALLED
+        needed = _SOMEBODY_ELSE_CALLED if somebody_else else _NONE_FOUND
+        return likeliest if _log_odds(judged, likeliest, "other") > needed else "other"
 
     def is_no_request(self, after: str, sentence: Sentence, context: Context, lexicon: Lexicon) -> bool:
         """Whether what follows a stop only explains it, as far as the model is sure."""
@@ -108,11 +165,8 @@ class SecondOpinion:
 
 
 _MORE_THAN_CANCELLING = frozenset({"replace_object", "setting_breakfast"})
+_TINY = 1e-9
 
 
-def _trust(meaning: Interpretation) -> float:
-    if meaning.intent in NOTHING_FOUND and meaning.confidence < SOMEBODY_CALLED:
-        return _TRUST_IN_NOTHING
-    if meaning.intent == "replace_object":
-        return _TRUST_IN_A_CONTRAST
-    return _TRUST_IN_BRING_ME if meaning.intent == "bring_me" else _TRUST_IN_OTHERS
+def _log_odds(judged: Mapping[CommandIntent, float], first: CommandIntent, second: CommandIntent) -> float:
+    return math.log(judged[first] + _TINY) - math.log(judged[second] + _TINY)
