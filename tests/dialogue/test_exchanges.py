@@ -201,6 +201,58 @@ def test_how_to_speak_to_whom_is_data(tmp_path: Path) -> None:
     assert getattr(talk.commands[0], "destination", "") == "countertop"
 
 
+def test_bring_it_means_what_the_robot_has_just_spoken_of() -> None:
+    assert hold(["do you have juice?", "bring it"]).wanted() == ["juice"]
+    unclear = hold(["do you have a red cup?", "bring it"])
+    assert unclear.commands == []
+    assert unclear.said[-1].endswith("?")
+
+
+def test_a_question_about_a_blue_one_is_about_the_kind_that_was_named_before() -> None:
+    assert "blue cup" in hold(["bring me the red cup", "do you have a blue one?"]).said[-1]
+    assert "blue plate" in hold(["do you have a red plate?", "do you have a blue one?"]).said[-1]
+
+
+@pytest.mark.parametrize("opening", ["robot", "hey, robot!", "bring me", "robot, could you get me"])
+def test_who_calls_the_robot_or_breaks_off_is_asked_what_it_shall_do(opening: str) -> None:
+    talk = hold([opening, 6.0, "the white plate"])
+    assert talk.said[0].startswith("Yes?")
+    assert talk.wanted() == ["white plate"]
+
+
+def test_another_place_for_one_thing_of_several_leaves_the_others_where_they_belong() -> None:
+    commands = hold(["set the table", 8.0, "bring the cereal to the counter"]).commands
+    (moved,) = [command for command in commands if isinstance(command, m.ChangeLocation)]
+    assert [spec.type for spec in moved.objects] == ["cereal"]
+    assert len(commands) == 2
+
+
+def test_whether_it_is_done_is_answered_at_rest_and_at_work() -> None:
+    assert "done" in hold(["bring me the blue cup", "...", "are you done?"]).said[-1]
+    assert "Not yet" in hold(["bring me the blue cup", "are you done?"]).said[-1]
+
+
+def test_what_was_said_about_a_stop_is_cut_short_when_the_robot_goes_on() -> None:
+    statuses: list[m.VoiceStatus] = []
+    talk = hold(["bring me the white plate", 6.0, "stop", "carry on", 6.0], "older", statuses=statuses, pause=0.8)
+    (stopped,) = [reply.id for reply in talk.replies if "stopped" in reply.text]
+    assert [status.state for status in statuses if status.reply == stopped][-1] == "interrupted"
+    assert not [status for status in statuses if status.reply == stopped and "carry on" in status.spoken]
+
+
+DOUBTFUL = "bring the white plate when you come"
+
+
+def test_where_it_is_doubtful_whether_the_robot_was_asked_it_asks_before_it_moves() -> None:
+    asked = hold([DOUBTFUL])
+    assert asked.commands == []
+    assert "white plate" in asked.said[0]
+    assert asked.said[0].endswith("?")
+    assert hold([DOUBTFUL, "yes"]).wanted() == ["white plate"]
+    assert hold([DOUBTFUL, "no"]).commands == []
+    assert hold([DOUBTFUL, "a spoon, please"]).wanted() == ["spoon"]
+
+
 def test_forget_me_forgets_the_wishes_of_this_talk_too(tmp_path: Path) -> None:
     profiles = ProfileStore(tmp_path / "profiles.sqlite3")
     talk = hold(["remember me", "I am seventy five", "slower please", "forget me", "hello"], profiles=profiles)

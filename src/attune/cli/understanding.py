@@ -22,7 +22,7 @@ from attune.dialogue.interpreter import Interpretation, Interpreter
 from attune.dialogue.policies import load_policies
 from attune.dialogue.repair import Repairer
 from attune.dialogue.replies import Phrasebook
-from attune.dialogue.wording import the, things
+from attune.dialogue.wording import the, things, where
 
 COMMANDS = frozenset({"bring_me", "setting_breakfast", "replace_object", "change_location", "stop"})
 LONGEST = 2000
@@ -144,7 +144,7 @@ def _as_command(meaning: Interpretation, context: Context) -> dict[str, Any]:
     known = meaning.intent in COMMANDS
     return {
         "command": meaning.intent if known else "other",
-        "add": [_object(spec) for spec in meaning.add] if known else [],
+        "add": [_object(spec) for spec in meaning.add] if known and meaning.intent != "change_location" else [],
         "remove": [_object(spec) for spec in meaning.remove] if known else [],
         "destination": meaning.destination if known else "",
     }
@@ -176,6 +176,8 @@ class _Replies:
         """What the robot would say."""
         if meaning.reply:
             return meaning.reply
+        doubted = meaning.doubted
+        meaning = doubted or meaning
         old = the(meaning.remove[0]) if meaning.remove else "that"
         slots = {
             "objects": things(meaning.add, meaning.definite),
@@ -183,9 +185,12 @@ class _Replies:
             "old": old,
             "thing": old.removeprefix("the "),
             "place": f"the {meaning.destination}",
+            "where": where(meaning.destination),
             "unknown": meaning.unknown or "such thing",
             "nearest": meaning.suggestion,
         }
+        if doubted:
+            return self._phrasebook.say("ask", f"whether_{doubted.intent}", self._wording, **slots)
         if meaning.suggestion:
             return self._phrasebook.say("ask", "repair", self._wording, **slots)
         for group, situation in (

@@ -25,6 +25,7 @@ class Answerer:
     def __init__(self, speaker: Speaker, situation: Situation) -> None:
         self._speaker = speaker
         self._situation = situation
+        self._asked_about = ""
 
     def answer(self, meaning: Interpretation, spoken_of: tuple[ObjectSpec, ...], last: str, cause: str) -> None:
         """Say something fitting.
@@ -54,7 +55,9 @@ class Answerer:
             case _:
                 pass
 
-    def _status(self, meaning: Interpretation, spoken_of: tuple[ObjectSpec, ...], cause: str) -> None:
+    def _status(  # noqa: PLR0912 - one case per topic
+        self, meaning: Interpretation, spoken_of: tuple[ObjectSpec, ...], cause: str
+    ) -> None:
         state = self._situation.state
         match meaning.status:
             case "ability":
@@ -66,9 +69,10 @@ class Answerer:
             case "place":
                 self._speaker.say("talk", "somewhere", cause=cause)
             case "object" if spoken_of:
+                self._asked_about = spoken_of[0].type
                 self._where(spoken_of[0], cause)
-            case "stock" if spoken_of:
-                self._stock(spoken_of[0], cause)
+            case "stock" if wanted := self._in_question(meaning, spoken_of):
+                self._stock(wanted, cause)
             case "duration" if state is not None and state.step not in _RESTING and len(state.queue) > 1:
                 self._progress(state, cause)
             case "duration" if state is not None and state.step not in _RESTING:
@@ -77,10 +81,24 @@ class Answerer:
                 self._speaker.say("talk", "object_held", cause=cause, object=called(state.holding[0]))
             case "object" | "stock":
                 self._speaker.say("ask", "which_object", cause=cause)
+            case "finished" if self._situation.pending is None and (state is None or state.step in _RESTING):
+                self._speaker.say("talk", "finished", cause=cause)
+            case "finished" if state is not None and state.step not in _RESTING:
+                self._speaker.say("talk", "not_finished", cause=cause, doing=self._doing(state))
             case _ if state is None or state.step in _RESTING:
                 self._idle(cause)
             case _:
                 self._speaker.say("doing", "as_it_is", cause=cause, repeated=self._doing(state))
+
+    def _in_question(self, meaning: Interpretation, spoken_of: tuple[ObjectSpec, ...]) -> ObjectSpec | None:
+        """The object that a question about the stock means; "a blue one" is of the kind that was asked about before."""
+        pointed_at = next(iter(meaning.add), None)
+        found = spoken_of[0] if spoken_of else pointed_at
+        if found is None or not (found.type or self._asked_about):
+            return None
+        found = replace(found, type=found.type or self._asked_about)
+        self._asked_about = found.type
+        return found
 
     def _idle(self, cause: str) -> None:
         asked = self._situation.pending

@@ -190,9 +190,8 @@ class DialogueBridge:
         self._memory.hear_age(utterance.age.band)
         if self._stopped.pop(utterance.id, False):
             self._take_fragment()
-            self._requests.drop()
             self._tell("understood", utterance, "stop", intent="stop")
-            self.speaker.say("accept", "stop", cause=utterance.id, urgency="urgent")
+            self._requests.stop(utterance.id)
             return
         nothing = self._filter.hears_nothing(utterance)
         if nothing:
@@ -246,7 +245,7 @@ class DialogueBridge:
             self._fragment = None
             self._tell("ignored", fragment.utterance, f"{fragment.reason}, and nothing followed", intent="fragment")
             if fragment.utterance.typed or fragment.utterance.confidence >= self._config.confidence_ask:
-                self.speaker.say("ask", "fragment", cause=fragment.utterance.id)
+                self._requests.ask_for_the_rest(fragment.utterance)
 
     def _take_fragment(self) -> _Fragment | None:
         fragment, self._fragment = self._fragment, None

@@ -38,7 +38,8 @@ def commands_for(  # noqa: PLR0911 - one rule per return
         case "replace_object":
             return _replacing(meaning, now, cause, band)
         case "change_location":
-            return (ChangeLocation(time=now, cause=cause, band=band, destination=meaning.destination),)
+            objects = tuple(_as_known(spec, context) for spec in meaning.add)
+            return (ChangeLocation(time=now, cause=cause, band=band, destination=meaning.destination, objects=objects),)
         case "cancel_object":
             return tuple(
                 CancelObject(time=now, cause=cause, band=band, object=_as_known(spec, context))

@@ -18,7 +18,10 @@ Intent = Literal[
 """What was meant. `talk` is for somebody else; `unclear` deserves a question back."""
 
 StyleWish = Literal["", "less", "more", "slower", "faster", "louder", "quieter", "normal"]
-StatusTopic = Literal["", "doing", "place", "object", "duration", "ability", "stock", "wellbeing", "farewell"]
+StatusTopic = Literal[
+    "", "doing", "finished", "place", "object", "duration", "ability", "stock", "wellbeing", "farewell", "called"
+]
+"""What a question about the robot's doings is about; for a greeting, what kind it is."""
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -26,7 +29,7 @@ class Interpretation:
     """What an utterance means.
 
     Attributes:
-        add: Objects wanted.
+        add: Objects wanted; for another place: those that go there, none for all; for a question: those it points at.
         remove: Objects not wanted any more (replacing and cancelling).
         destination: Where to put things; "" for the person's usual place.
         fetch_from: A place named for something the robot holds already, or "".

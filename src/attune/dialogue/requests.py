@@ -64,6 +64,7 @@ class Requests:
         self._embedded = embedded
         self._answerer = Answerer(speaker, situation)
         self._several: dict[str, bool] = {}
+        self._said_stopped = ""
         self._confirmations: dict[str, Callable[[], object]] = {}
         self._group: anyio.abc.TaskGroup | None = None
 
@@ -123,6 +124,9 @@ class Requests:
 
     def ask_back(self, utterance: Utterance, meaning: Interpretation) -> None:
         """Ask what was meant."""
+        if meaning.doubted is not None:
+            self._ask_whether(utterance, meaning.doubted)
+            return
         if meaning.suggestion:
             reply = self._speaker.say("ask", "repair", cause=utterance.id, nearest=meaning.suggestion)
             self._situation.pending = PendingQuestion(reply.text, self._clock.now(), reply=reply.id)
@@ -135,10 +139,32 @@ class Requests:
         if meaning.reply.endswith("?"):
             self._situation.pending = PendingQuestion(reply.text, self._clock.now(), reply=reply.id)
 
-    def drop(self) -> None:
-        """A stop: nothing that was said before it is confirmed or asked any more."""
+    def ask_for_the_rest(self, utterance: Utterance) -> None:
+        """Ask for the rest of a sentence that broke off."""
+        reply = self._speaker.say("ask", "fragment", cause=utterance.id)
+        self._situation.pending = PendingQuestion(reply.text, self._clock.now(), reply=reply.id)
+
+    def _ask_whether(self, utterance: Utterance, doubted: Interpretation) -> None:
+        """Ask whether something was meant for the robot at all; only yes makes it a command."""
+        kind = doubted.intent if doubted.remove or doubted.intent != "replace_object" else "bring_me"
+        reply = self._speaker.say(
+            "ask", f"whether_{kind}", cause=utterance.id, objects=things(doubted.add, doubted.definite),
+            to=f" to the {doubted.destination}" if doubted.destination else "", where=where(doubted.destination),
+            old=called(doubted.remove[0]) if doubted.remove else "",
+        )  # fmt: skip
+        self._situation.pending = PendingQuestion(
+            reply.text, self._clock.now(), doubted, options=doubted.add, reply=reply.id, whole=True
+        )
+
+    def stop(self, cause: str) -> None:
+        """A stop: nothing that was said before it is confirmed or asked any more.
+
+        Args:
+            cause: Id of the utterance.
+        """
         self._situation.pending = None
         self._confirmations.clear()
+        self._said_stopped = self._speaker.say("accept", "stop", cause=cause, urgency="urgent").id
 
     # --- fetching ----------------------------------------------------------------------------------------------
 
@@ -238,8 +264,13 @@ class Requests:
 
     def _outcome(self, outcome: CommandOutcome) -> None:
         confirm = self._confirmations.pop(outcome.command, None)
-        if confirm and outcome.status in {"accepted", "deferred", "done"}:
-            confirm()
+        if outcome.status in {"accepted", "deferred", "done"}:
+            if self._said_stopped and outcome.kind != "stop":
+                # Who says "carry on" at once has heard enough of "I have stopped".
+                self._speaker.take_back((self._said_stopped,), outcome.id)
+                self._said_stopped = ""
+            if confirm:
+                confirm()
         self._situation.outcome(outcome)
         offer = self._narrator.outcome(outcome, several=self._several.get(outcome.command, False))
         if offer and outcome.alternative is not None:

@@ -26,6 +26,7 @@ class PendingQuestion:
         index: Which of its objects the question is about.
         options: The objects that it offers, with all that is known of them.
         reply: Id of the reply that asks it.
+        whole: It asks whether all of `about` is wanted; yes means all of it.
     """
 
     text: str
@@ -34,6 +35,7 @@ class PendingQuestion:
     index: int = 0
     options: tuple[ObjectSpec, ...] = ()
     reply: str = ""
+    whole: bool = False
 
 
 class Situation:
@@ -129,6 +131,11 @@ def _plain(spec: ObjectSpec) -> ObjectSpec:
 def completed(meaning: Interpretation, pending: PendingQuestion) -> Interpretation:
     """Put the answer to a question in its place in what was wanted before; any other meaning stays as it is."""
     about, index = pending.about, pending.index
+    if about is not None and pending.whole:
+        agreed = meaning.intent == "affirm" or (
+            meaning.answers and all(spec in pending.options for spec in meaning.add)
+        )
+        return replace(about, reason=meaning.reason, confidence=meaning.confidence) if agreed else meaning
     if about is None or not meaning.answers or meaning.intent != "bring_me":
         return meaning
     definite = (*about.definite, *(False for _ in about.add))[: len(about.add)]

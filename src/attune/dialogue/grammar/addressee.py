@@ -65,7 +65,7 @@ _REPORTS = re.compile(
 )
 
 
-def is_for_someone_else(tokens: Sequence[Token], lexicon: Lexicon) -> bool:
+def is_for_someone_else(tokens: Sequence[Token], lexicon: Lexicon) -> bool:  # noqa: PLR0911 - one rule per return
     """Whether somebody else is called by name at the beginning or the end."""
     words = [token.text for token in tokens]
     if any(word == "robot" and words[at - 1 : at] in ([], [","], ["."]) for at, word in enumerate(words)):

@@ -71,7 +71,9 @@ def abstract(kinds: Sequence[str], familiar: Container[str]) -> list[str]:
         familiar: The words that people use in commands.
     """
     return [
-        word if word in _GRAMMAR or not word.islower() or not word.isalpha() else _GROUP_OF.get(word) or _shape(word, familiar)
+        word
+        if word in _GRAMMAR or not word.islower() or not word.isalpha()
+        else _GROUP_OF.get(word) or _shape(word, familiar)
         for word in kinds
     ]
 

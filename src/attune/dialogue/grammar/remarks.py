@@ -143,6 +143,8 @@ NO = re.compile(
     r"not those|please|not now|i did not|it is okay|i am fine|it is not|do not|well|oh|,|\.|not) ?)+$"
 )
 _STATUS: tuple[tuple[StatusTopic, re.Pattern[str]], ...] = (
+    ("finished", re.compile(r"\b(?:are you (?:\w+ )?(?:done|finished|ready|through)|have you (?:\w+ )?finished|"
+                            r"is (?:it|that|everything|breakfast) (?:nearly |almost )?(?:ready|done|finished))\b")),
     ("doing", re.compile(r"\bwhat (?:are you|r u|you are|is the robot) (?:\w+ )?(?:doing|up to|carrying|bringing|"
                          r"holding|fetching|looking for|waiting for)|what is (?:going on|happening)|"
                          r"what is taking|are you (?:busy|done|finished|ready|there|bringing|fetching|getting|"

@@ -43,10 +43,12 @@ class Limits:
 
 
 _LIMITS = {
-    "bring_me": Limits(-0.5, 1.0), "setting_breakfast": Limits(0.0, 1.0), "change_location": Limits(0.5, 1.5),
+    "bring_me": Limits(-0.4, 1.0), "setting_breakfast": Limits(-0.4, 1.0), "change_location": Limits(0.5, 1.5),
     "replace_object": Limits(1.5, 3.0), "stop": Limits(3.0, 3.0),
 }  # fmt: skip
 _ANSWERS = Limits(2.0, 3.0)
+_POINTS = 0.5
+"""So much later who points at what the robot is about ("the blue one as well") is doubted."""
 _ANOTHER_COMMAND = {"bring_me": 1.5, "replace_object": 4.0}
 """How much likelier another command has to be; less for what people mix up."""
 _ANOTHER_THAN_THE_REST = 2.0
@@ -58,14 +60,16 @@ _A_STOP = {True: -0.4, False: 0.3}
 _LIKELIER_THAN_NOT = 0.5
 _SURE = 0.9
 _SHORT = 4
-"""A stop of so few words is never doubted."""
+"""A stop or an answer of so few words is never doubted."""
 _EXPLAINS = re.compile(r"\b(?:i|we) have (?:already )?(?:found|got) T\d+$")
 _ABOUT_MEMORY = re.compile(r"\b(?:forget|remember|erase|delete) (?:about )?(?:me|my name|who i am|everything about)\b")
 _CLEAR = re.compile(
-    r"(?:(?:please|okay|now|hey|hello|then|and|also|yes|thanks|can you|could you|would you|will you|,) )*"
-    r"(?:(?:bring|get|fetch|give|pass|hand|take)(?: (?:me|us|over))? T\d+(?:(?: ,)? and T\d+)*(?: P\d+){0,2}|"
-    r"(?:put|place|set|leave) (?:T\d+|it|that|them) (?:down )?P\d+)"
-    r"(?: (?:please|thanks|now|,|\.|\?))*"
+    r"(?:(?:please|okay|now|well|hey|hello|then|and|also|yes|thanks|just|(?:can|could|would|will) you|,) )*"
+    r"(?:(?:bring|get|fetch|give|pass|hand|take)(?: (?:me|us|over))? (?:T\d+|it|that|them)"
+    r"(?:(?: ,)? and T\d+)*(?: P\d+){0,2}|"
+    r"(?:put|place|set|leave) (?:T\d+|it|that|them) (?:down )?P\d+|"
+    r"(?:make|prepare|start|serve|bring|get|fix|set up|have)(?: (?:me|us|my|our|the|some|up))* breakfast)"
+    r"(?: (?:please|thanks|thank you|now|quickly|,|\.|\?))*"
 )
 """An order that is nothing else, and so is not doubted, unless somebody else is called."""
 
@@ -99,11 +103,10 @@ class SecondOpinion:
         found = meaning.intent if meaning.intent in COMMANDS else "other"
         judged = self._model.judge(sentence, context, lexicon)
         if found != "other":
-            doubted = self._doubted(meaning, found, judged, sentence)
-            if doubted is not None:
-                return doubted
-            if context.pending_question and meaning.intent in INSTRUCTIONS:
-                return meaning
+            answering = bool(context.pending_question) and found in INSTRUCTIONS
+            doubted = self._doubted(meaning, found, judged, sentence, context, answering=answering)
+            if doubted is not None or answering:
+                return doubted or meaning
         command = self._command(meaning, found, judged, context)
         if command == found or (meaning.intent == "cancel_object" and command not in _MORE_THAN_CANCELLING):
             return meaning
@@ -114,15 +117,24 @@ class SecondOpinion:
 
     @staticmethod
     def _doubted(
-        meaning: Interpretation, found: CommandIntent, judged: Mapping[CommandIntent, float], sentence: Sentence
-    ) -> Interpretation | None:
+        meaning: Interpretation, found: CommandIntent, judged: Mapping[CommandIntent, float], sentence: Sentence,
+        context: Context, *, answering: bool,
+    ) -> Interpretation | None:  # fmt: skip
         """A question or talk in place of a command, where it is doubtful that anything was asked of the robot."""
-        if _CLEAR.fullmatch(sentence.skeleton) and sentence.called != "else":
+        last = re.split(r" [,.] ", sentence.skeleton.strip(" ,.?"))[-1]
+        if sentence.called != "else" and (
+            _CLEAR.fullmatch(sentence.skeleton) or ("please" in last and _CLEAR.fullmatch(last))
+        ):
             return None
-        if found == "stop" and (len(sentence.skeleton.split()) <= _SHORT or sentence.called == "robot"):
+        short = len(sentence.skeleton.split()) <= _SHORT
+        if (found == "stop" and (short or sentence.called == "robot")) or (answering and short):
             return None
-        limits = _ANSWERS if meaning.answers else _LIMITS[found]
-        against = _log_odds(judged, "other", found)
+        limits = _LIMITS[found]
+        if answering:
+            limits = _ANSWERS
+        elif context.busy and any(thing.head != "noun" for thing in sentence.things):
+            limits = Limits(limits.ask + _POINTS, limits.ignore)
+        against = math.log(judged["other"] + _TINY) - math.log(1 - judged["other"] + _TINY)
         if against > limits.ignore:
             reason = "the whole sentence sounds like no request"
             return Interpretation(intent="talk", confidence=round(judged["other"], 2), reason=reason)
@@ -137,8 +149,11 @@ class SecondOpinion:
     ) -> CommandIntent:
         """The command that is likeliest, given what the rules found."""
         likeliest: CommandIntent = max((name for name in COMMANDS if name != "other"), key=lambda name: judged[name])
+        if found == "change_location" and meaning.add:
+            return found  # what is already on its way is not asked for anew
         if found != "other":
-            needed = _ANOTHER_COMMAND.get(found, _ANOTHER_THAN_THE_REST)
+            usual = found if likeliest != "stop" else ""
+            needed = _ANOTHER_COMMAND.get(usual, _ANOTHER_THAN_THE_REST)
             return likeliest if _log_odds(judged, likeliest, found) > needed else found
         if likeliest == "stop" and _log_odds(judged, "stop", "other") > _A_STOP[context.busy]:
             return "stop"
