@@ -1,5 +1,6 @@
 """The planner on the PR2 with real physics."""
 
+import numpy as np
 import pytest
 
 from attune.core.bus import COMMAND, ROBOT_STOP
@@ -16,6 +17,8 @@ from attune.core.messages import (
 )
 from attune.core.scene import Scene, load_scene
 from attune.evaluation.kitchen import Kitchen
+from attune.robots.interface import ARMS
+from attune.robots.mujoco import pr2
 from attune.robots.mujoco.robot import MujocoRobot
 
 SCENE = load_scene()
@@ -196,3 +199,28 @@ def test_what_was_delivered_is_moved_on_and_put_back(kitchen):
 
     kitchen.play(script)
     assert kitchen.moved() == {}
+
+
+def test_a_door_goes_back_when_the_arm_meets_something_and_is_opened_again(kitchen):
+    white_cup = bring("white_cup")
+
+    async def script():
+        kitchen.bus.publish(COMMAND, white_cup)
+        world = kitchen.robot.world
+        while world.container_position("cabinet") < 0.5:
+            await kitchen.clock.sleep(0.1)
+        (arm,) = (arm for arm in ARMS if world.gripped_handle(arm))
+        was = elbow(world, arm)
+        await kitchen.clock.sleep(0.1)
+        now = elbow(world, arm)
+        ahead = now + 0.12 * (now - was) / np.linalg.norm(now - was)
+        world.move_object("blue_milk", tuple(float(value) for value in ahead - (0.0, 0.0, 0.1)))
+        await kitchen.settle()
+
+    def elbow(world, arm):
+        return world.data.body(f"{pr2.SIDE[arm]}_forearm_link").xpos.copy()
+
+    kitchen.play(script)
+    assert kitchen.moved()["white_cup"] == "table"
+    assert not kitchen.robot.status().opened
+    assert told(kitchen, white_cup)[-1] == ("done", "")

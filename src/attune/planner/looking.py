@@ -1,5 +1,6 @@
 """Looking for things, and seeing them again, as parts of a plan."""
 
+import math
 from collections.abc import Callable
 
 from attune.core.clock import Clock
@@ -12,6 +13,10 @@ from attune.planner.plan import Node, Part
 from attune.planner.state import StateBoard
 from attune.robots.interface import LookTarget, ObjectNotThere, PathBlocked, Percept, Point, Robot, Unreachable
 
+NEAR = 0.8
+"""From the robot to the floor that it looks at after a collision [m]."""
+AROUND = (-1.75, -0.9, 0.0, 0.9, 1.75)
+"""Directions in which it looks there [rad]."""
 VIEWS = 5
 """Sides from which a surface is looked over before a thing counts as missing there."""
 
@@ -104,6 +109,18 @@ class Looking(Moving):
                 self.belief.observe(await self.robot.perceive())
 
         return Part(f"glance at {surface.name}", body)
+
+    def look_around(self) -> Part[None]:
+        """Look at the floor around the robot, and take in what lies there."""
+
+        async def body(_: Node) -> None:
+            base = self.robot.status().base
+            for turn in AROUND:
+                x, y = base.x + NEAR * math.cos(base.yaw + turn), base.y + NEAR * math.sin(base.yaw + turn)
+                await self.robot.look_at((x, y, 0.0))
+                self.belief.observe(await self.robot.perceive())
+
+        return Part("look around", body)
 
     def look_again(self, item: Individual, percept: Percept) -> Part[Percept]:
         """See an object again from where the robot stands now; if it is hidden from there, it is where it was."""

@@ -120,7 +120,8 @@ def recoveries(skills: Skills) -> Mapping[type[AttuneError], Recovery]:
     def draw_back_and_look(_: Collision) -> Part[None]:
         async def body(node: Node) -> None:
             await skills.robot.park_arms()
-            if skills.placing:  # Something stands there that was not seen before.
+            await node.do(skills.look_around())  # Something stands or lies there that was not seen before.
+            if skills.placing:
                 await node.do(skills.look_over(skills.placing.surface, lambda item: False))
 
         return part("draw the arms back and look around", body)

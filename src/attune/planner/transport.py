@@ -14,8 +14,10 @@ from attune.planner.desk import Desk
 from attune.planner.plan import FAILURES, Node, Part
 from attune.planner.recovery import NoSpace, NotFound, recoveries
 from attune.planner.skills import Skills
-from attune.robots.interface import ObjectNotThere, PathBlocked, PlacementFailed, Unreachable
+from attune.robots.interface import Collision, ObjectNotThere, PathBlocked, PlacementFailed, Unreachable
 
+FAILED_TRIED = 2
+"""Places that could not be looked into at first and are tried once more at the end."""
 HIDDEN_TRIED = 3
 """Places that are looked at once more if something may stand there behind something else."""
 SPOTS_TRIED = 5
@@ -106,6 +108,7 @@ class Transport:
             if item and item.surface:
                 order = list(dict.fromkeys((item.surface, *order)))
             because: AttuneError | None = None
+            failed: list[str] = []
 
             async def look(
                 name: str, fitting: Callable[[Individual], bool], *, again: bool = False
@@ -115,8 +118,11 @@ class Transport:
                 board.update(step="transporting_search", object=self._described(), destination_location=surface.place)
                 try:
                     found = await node.do(self._skills.look_over(surface, fitting, again=again))
+                except Collision:
+                    raise  # What was touched stays in the way until it has been seen.
                 except FAILURES as failure:
                     because = because or failure
+                    failed.append(name)
                     return None  # A place that cannot be looked into does not end the search.
                 if found:
                     self._desk.reserve(self._goal, found.name)
@@ -127,6 +133,9 @@ class Transport:
                 rounds.insert(0, (item.surface, lambda seen: seen.name == own))
             for name, fitting in rounds:
                 if found := await look(name, fitting):
+                    return found
+            for name in failed[:FAILED_TRIED]:
+                if found := await look(name, fits):
                     return found
             for name in [name for name in order if name in self._skills.hiders()][:HIDDEN_TRIED]:
                 if found := await look(name, fits, again=True):

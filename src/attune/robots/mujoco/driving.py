@@ -2,14 +2,16 @@
 
 import math
 from collections.abc import Awaitable, Callable, Hashable
+from contextlib import suppress
 from dataclasses import dataclass
+from itertools import product
 
 import anyio
 import numpy as np
 from numpy.typing import NDArray
 
 from attune.core.clock import Clock
-from attune.robots.interface import BasePose, PathBlocked, Point, RobotFailure
+from attune.robots.interface import BasePose, Collision, PathBlocked, Point, RobotFailure
 from attune.robots.mujoco.beliefs import Beliefs
 from attune.robots.mujoco.costmap import Costmap, Footprint, footprint
 from attune.robots.mujoco.imagination import Imagination
@@ -31,6 +33,10 @@ _BLENDS = (0.5, 0.2, 0.05)
 """Time over which corners are rounded, the first for which there is room [s]."""
 _KEPT = 0.02
 """Clearance that rounding a corner leaves [m]."""
+_BACK = (0.6, 0.35)
+"""How far the robot draws back from what it ran into [m]."""
+_BACKWARDS = (math.pi, 0.75 * math.pi, 1.25 * math.pi, 0.5 * math.pi, 1.5 * math.pi)
+"""Directions in which it may, counted from that in which it went [rad]."""
 _BLOCKED = 0.03
 """A way ahead that has become narrower by this is blocked [m]."""
 
@@ -108,19 +114,41 @@ class Driving:
             failure: RobotFailure | None = None
             tasks.start_soon(self._watch, way, body, tasks.cancel_scope.cancel)
             try:
-                await self._motions.drive(way.trajectory)
+                with self._motions.leaving_contacts():
+                    await self._motions.drive(way.trajectory)
             except RobotFailure as met:
                 failure = met
             tasks.cancel_scope.cancel()
+        if isinstance(failure, Collision):
+            await self._draw_back(way.trajectory.points, body)
         if failure is not None:
             raise failure
+
+    async def _draw_back(self, line: Array, body: Footprint) -> None:
+        """Leave what the robot ran into on its way, and face it: from a little farther back it can be seen."""
+        now = self._motions.base
+        passed = min(self._passed(line), len(line) - 2)
+        forwards = math.atan2(*(line[passed + 1] - line[passed])[1::-1])
+        costmap = await self._map()
+        facing = now.yaw + math.remainder(forwards - now.yaw, math.tau)
+        for yaw, away, turn in product((facing, now.yaw), _BACK, _BACKWARDS):
+            x, y = now.x + away * math.cos(forwards + turn), now.y + away * math.sin(forwards + turn)
+            back = np.linspace((now.x, now.y, now.yaw), (x, y, yaw), 20)
+            if costmap.clearance(back[1:], body).min() > 0.0:
+                with suppress(RobotFailure), self._motions.leaving_contacts():
+                    await self._motions.drive(plan_trajectory(back, BASE_LIMITS))
+                return
+
+    def _passed(self, line: Array) -> int:
+        """How much of a way the robot has passed: the index of its nearest point."""
+        now = self._motions.base
+        return int(np.argmin(np.linalg.norm(line - (now.x, now.y, _near(now.yaw, line)), axis=1)))
 
     async def _watch(self, way: Way, body: Footprint, stop: Callable[[], object]) -> None:
         line = way.trajectory.points
         while True:
             await self._clock.sleep(_WATCH)
-            now = self._motions.base
-            passed = int(np.argmin(np.linalg.norm(line - (now.x, now.y, _near(now.yaw, line)), axis=1)))
+            now, passed = self._motions.base, self._passed(line)
             away = np.linalg.norm(line[passed:, :2] - (now.x, now.y), axis=1)
             if away[-1] > _AHEAD / 2:
                 x, y, _ = line[passed + int(np.argmax(away >= min(_AHEAD, away[-1])))]
