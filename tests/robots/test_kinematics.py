@@ -5,8 +5,9 @@ import pytest
 from attune.core.scene import load_scene
 from attune.robots.interface import ARMS, Arm, BasePose
 from attune.robots.mujoco import pr2
-from attune.robots.mujoco.imagination import Imagination, arm_geometry
+from attune.robots.mujoco.imagination import Imagination
 from attune.robots.mujoco.kinematics import ArmKinematics
+from attune.robots.mujoco.pr2_arm import arm_geometry
 from attune.robots.mujoco.world import World
 
 

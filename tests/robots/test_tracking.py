@@ -2,8 +2,8 @@ import numpy as np
 import pytest
 
 from attune.robots.interface import ARMS, Arm
-from attune.robots.mujoco.imagination import arm_geometry
 from attune.robots.mujoco.kinematics import ArmKinematics
+from attune.robots.mujoco.pr2_arm import arm_geometry
 from attune.robots.mujoco.tracking import follow
 
 

@@ -16,44 +16,19 @@ from attune.core.messages import (
     ChangeLocation,
     ObjectSpec,
     OutcomeReason,
-    OutcomeStatus,
     PutBack,
     ReplaceObject,
     SettingBreakfast,
 )
 from attune.core.scene import Scene
 from attune.planner.agenda import Agenda, Delivery
-from attune.planner.belief import Belief, Home, Individual
+from attune.planner.belief import Belief
 from attune.planner.designators import alternative, candidates, delivery_surfaces, is_delivered
+from attune.planner.meant import brought_but_open, carried, described, is_about, last_delivered, meant
+from attune.planner.verdicts import Decision, Verdict, refused, told
 
 Edit = BringMe | SettingBreakfast | ReplaceObject | ChangeLocation | CancelObject | PutBack
 """The commands that edit the agenda; stop and carry on do not."""
-
-
-@dataclass(frozen=True, slots=True)
-class Verdict:
-    """Something to tell about the command, or (`command`) about an earlier one that it changes."""
-
-    status: OutcomeStatus
-    reason: OutcomeReason = ""
-    object: ObjectSpec = ObjectSpec()
-    place: str = ""
-    alternative: ObjectSpec | None = None
-    command: str = ""
-    kind: str = ""
-
-
-@dataclass(frozen=True, slots=True)
-class Decision:
-    """What a command makes of the agenda, and what to tell. It was refused if no verdict says otherwise."""
-
-    agenda: Agenda
-    verdicts: tuple[Verdict, ...]
-
-    @property
-    def accepted(self) -> bool:
-        """Whether any of it is carried out."""
-        return any(verdict.status == "accepted" for verdict in self.verdicts)
 
 
 @dataclass(frozen=True, slots=True)
@@ -90,7 +65,7 @@ class Rules:
         for delivery in before.open:
             if delivery.command and left.get(delivery.id) != delivery.command:
                 yield Verdict(
-                    "cancelled", reason, self._described(delivery), command=delivery.command, kind=delivery.kind
+                    "cancelled", reason, described(self.belief, delivery), command=delivery.command, kind=delivery.kind
                 )
 
     # --- bring me ----------------------------------------------------------------------------------------------
@@ -98,13 +73,13 @@ class Rules:
     def _bring(self, command: Edit, agenda: Agenda, objects: Iterable[ObjectSpec], destination: str) -> Decision:
         place = destination or self._default_destination(command.band)
         if not self.scene.surfaces_at(place):
-            return _refused(agenda, "unknown_place", place=place)
+            return refused(agenda, "unknown_place", place=place)
         agenda = agenda.begin_task()
         verdicts: list[Verdict] = []
         for spec in objects:
             agenda, verdict = self._want(command, agenda, spec, place, named_place=bool(destination))
             verdicts.append(verdict)
-        return _told(agenda, verdicts) if verdicts else _refused(agenda, "nothing_to_do")
+        return told(agenda, verdicts) if verdicts else refused(agenda, "nothing_to_do")
 
     def _want(
         self,
@@ -121,7 +96,7 @@ class Rules:
             return agenda, problem
         for delivery in agenda.open:
             returning = delivery.status == "returning" and delivery.individual not in excluded
-            if returning and self._is_about(delivery, spec):
+            if returning and is_about(self.belief, delivery, spec):
                 changes = {"status": "waiting", "destination": place, "command": command.id, "kind": command.kind}
                 return agenda.change(delivery.id, **changes), Verdict("accepted", object=spec, place=place)
         reserved = agenda.reserved | excluded
@@ -138,7 +113,7 @@ class Rules:
             wanted = _delivery(command, spec, place, individual)
             return agenda.add(wanted), Verdict("accepted", object=spec, place=place)
         for delivery in agenda.waiting:
-            if self._is_about(delivery, spec) and named_place and delivery.destination != place:
+            if is_about(self.belief, delivery, spec) and named_place and delivery.destination != place:
                 return agenda.change(delivery.id, destination=place), Verdict("accepted", object=spec, place=place)
         return agenda, self._why_not(agenda, spec, place, excluded)
 
@@ -151,7 +126,7 @@ class Rules:
 
     def _why_not(self, agenda: Agenda, spec: ObjectSpec, place: str, excluded: frozenset[str]) -> Verdict:
         """The refusal of an object that cannot be brought."""
-        coming = next((delivery for delivery in agenda.waiting if self._is_about(delivery, spec)), None)
+        coming = next((delivery for delivery in agenda.waiting if is_about(self.belief, delivery, spec)), None)
         if coming:
             return Verdict("refused", "nothing_to_do", spec, coming.destination)
         reserved = agenda.reserved | excluded
@@ -180,23 +155,23 @@ class Rules:
             # What is about to be taken away or elsewhere does not count.
             free = candidates(self.belief, spec, agenda.reserved)
             standing = any(is_delivered(self.scene, item, place) for item in free)
-            coming = any(self._is_about(item, spec) and item.destination == place for item in agenda.waiting)
+            coming = any(is_about(self.belief, item, spec) and item.destination == place for item in agenda.waiting)
             if not standing and not coming:
                 missing.append(spec)
         if not missing:
-            return _refused(agenda, "already_there" if not agenda.waiting else "nothing_to_do", place=place)
+            return refused(agenda, "already_there" if not agenda.waiting else "nothing_to_do", place=place)
         decision = self._bring(command, agenda, missing, "")
-        refused = tuple(verdict for verdict in decision.verdicts if verdict.status == "refused")
-        told = (Verdict("accepted", place=place), *refused) if decision.accepted else refused
-        return Decision(decision.agenda, told)
+        others = tuple(verdict for verdict in decision.verdicts if verdict.status == "refused")
+        verdicts = (Verdict("accepted", place=place), *others) if decision.accepted else others
+        return Decision(decision.agenda, verdicts)
 
     # --- replace -----------------------------------------------------------------------------------------------
 
     def _replace(self, command: ReplaceObject, agenda: Agenda) -> Decision:
-        old = self._meant(agenda, command.remove)
+        old = meant(self.belief, agenda, command.remove)
         place = command.destination or (old.destination if old else "") or self._default_destination(command.band)
         if not self.scene.surfaces_at(place):
-            return _refused(agenda, "unknown_place", place=place)
+            return refused(agenda, "unknown_place", place=place)
         if old is None:
             changed, verdict = self._want(command, agenda.begin_task(), command.add, place, named_place=True)
             return Decision(changed, (verdict,))
@@ -210,7 +185,7 @@ class Rules:
             for delivery in without.open:
                 if delivery.command == command.id:
                     changed = changed.change(delivery.id, kind="put_back")
-            return Decision(changed, (Verdict("accepted", object=self._described(old)), verdict))
+            return Decision(changed, (Verdict("accepted", object=described(self.belief, old)), verdict))
         return Decision(changed, (verdict,))
 
     # --- change location ---------------------------------------------------------------------------------------
@@ -218,30 +193,30 @@ class Rules:
     def _change_location(self, command: ChangeLocation, agenda: Agenda) -> Decision:
         place = command.destination
         if not self.scene.surfaces_at(place):
-            return _refused(agenda, "unknown_place", place=place)
+            return refused(agenda, "unknown_place", place=place)
         if command.objects:
             verdicts: list[Verdict] = []
             for spec in command.objects:
-                meant = self._meant(agenda, spec)
-                if meant is None:
+                old = meant(self.belief, agenda, spec)
+                if old is None:
                     agenda, verdict = self._want(command, agenda.begin_task(), spec, place, named_place=True)
                 else:
-                    agenda, verdict = self._redirect(command, agenda, meant, place)
+                    agenda, verdict = self._redirect(command, agenda, old, place)
                 verdicts.append(verdict)
-            return _told(agenda, verdicts)
-        meant_all = agenda.waiting or self._carried(agenda) or self._last_delivered(agenda)
+            return told(agenda, verdicts)
+        meant_all = agenda.waiting or carried(self.belief, agenda) or last_delivered(agenda)
         if not meant_all:
-            return _refused(agenda, "nothing_to_do", place=place)
+            return refused(agenda, "nothing_to_do", place=place)
         verdicts = []
         for delivery in meant_all:
             agenda, verdict = self._redirect(command, agenda, delivery, place)
             verdicts.append(verdict)
-        return _told(agenda, verdicts)
+        return told(agenda, verdicts)
 
     def _redirect(
         self, command: ChangeLocation, agenda: Agenda, delivery: Delivery, place: str
     ) -> tuple[Agenda, Verdict]:
-        spec = self._described(delivery)
+        spec = described(self.belief, delivery)
         if delivery.status != "returning" and delivery.destination == place:
             return agenda, Verdict("refused", "already_there", spec, place)
         item = self.belief.get(delivery.individual)
@@ -259,45 +234,45 @@ class Rules:
     # --- cancel and put back -----------------------------------------------------------------------------------
 
     def _cancel(self, command: CancelObject, agenda: Agenda) -> Decision:
-        tidied = tuple(item for item in self._carried(agenda) if not item.command)
-        meant = self._meant(Agenda((*tidied, *agenda.waiting)), command.object)
-        if meant is None:
-            return _refused(agenda, "nothing_to_do", object=command.object)
-        changed = self._withdraw(agenda, meant, command)
-        return Decision(changed, (Verdict("accepted", object=self._described(meant)),))
+        tidied = tuple(item for item in carried(self.belief, agenda) if not item.command)
+        old = meant(self.belief, Agenda((*tidied, *agenda.waiting)), command.object)
+        if old is None:
+            return refused(agenda, "nothing_to_do", object=command.object)
+        changed = self._withdraw(agenda, old, command)
+        return Decision(changed, (Verdict("accepted", object=described(self.belief, old)),))
 
     def _put_back(self, command: PutBack, agenda: Agenda) -> Decision:
-        meant = self._to_put_back(agenda, command.object)
-        if meant is None:
+        old = self._to_put_back(agenda, command.object)
+        if old is None:
             return self._put_back_displaced(command, agenda)
-        told = Verdict("accepted", object=self._described(meant))
-        if meant.status == "returning":
-            return Decision(agenda.change(meant.id, command=command.id, kind=command.kind), (told,))
-        if meant.open:
-            return Decision(self._withdraw(agenda, meant, command), (told,))
-        return Decision(self._fetch_back(command, agenda, meant), (told,))
+        verdict = Verdict("accepted", object=described(self.belief, old))
+        if old.status == "returning":
+            return Decision(agenda.change(old.id, command=command.id, kind=command.kind), (verdict,))
+        if old.open:
+            return Decision(self._withdraw(agenda, old, command), (verdict,))
+        return Decision(self._fetch_back(command, agenda, old), (verdict,))
 
     def _to_put_back(self, agenda: Agenda, spec: ObjectSpec) -> Delivery | None:
-        carried = self._carried(agenda)
+        held = carried(self.belief, agenda)
         if spec == ObjectSpec():
-            options = carried or self._brought_but_open(agenda)[-1:] or self._last_delivered(agenda)[-1:]
+            options = held or brought_but_open(self.belief, agenda)[-1:] or last_delivered(agenda)[-1:]
         else:
             delivered = tuple(item for item in agenda.deliveries if item.status == "delivered")[::-1]
-            options = (*carried, *delivered, *agenda.waiting)
-        return next((item for item in options if self._is_about(item, spec)), None)
+            options = (*held, *delivered, *agenda.waiting)
+        return next((item for item in options if is_about(self.belief, item, spec)), None)
 
     def _put_back_displaced(self, command: PutBack, agenda: Agenda) -> Decision:
         """Put back something that no delivery is about, if it is not at home."""
         spec = command.object
         if spec == ObjectSpec():
-            return _refused(agenda, "nothing_to_do")
+            return refused(agenda, "nothing_to_do")
         fitting = candidates(self.belief, spec, agenda.reserved)
         for item in fitting:
             if item.displaced:
                 known = self.belief.describe(item)
                 home = replace(_delivery(command, known, "", item.name), status="returning")
                 return Decision(agenda.begin_task().add(home), (Verdict("accepted", object=known),))
-        return _refused(agenda, "already_there" if fitting else "not_found", object=spec)
+        return refused(agenda, "already_there" if fitting else "not_found", object=spec)
 
     def _fetch_back(self, command: Edit, agenda: Agenda, delivered: Delivery) -> Agenda:
         """Bring a delivered object home again."""
@@ -317,45 +292,6 @@ class Rules:
             return agenda.change(delivery.id, status="returning", command=command.id, kind=command.kind)
         return agenda.change(delivery.id, status="dropped")
 
-    # --- what is meant -----------------------------------------------------------------------------------------
-
-    def _meant(self, agenda: Agenda, spec: ObjectSpec) -> Delivery | None:
-        """The delivery that a description is about: carried, else waiting, else delivered last."""
-        delivered = [item for item in agenda.deliveries if item.status == "delivered"][::-1]
-        return next(
-            (item for item in (*self._carried(agenda), *agenda.waiting, *delivered) if self._is_about(item, spec)), None
-        )
-
-    def _carried(self, agenda: Agenda) -> tuple[Delivery, ...]:
-        held = {item.name for item in self.belief.held().values()}
-        return tuple(item for item in agenda.open if item.individual in held)
-
-    def _last_delivered(self, agenda: Agenda) -> tuple[Delivery, ...]:
-        """What the last task has delivered."""
-        delivered = [item for item in agenda.deliveries if item.status == "delivered"]
-        return tuple(item for item in delivered if item.command == delivered[-1].command)
-
-    def _brought_but_open(self, agenda: Agenda) -> tuple[Delivery, ...]:
-        """What was put down at this moment, or was delivered before and waits to be brought elsewhere."""
-        items = ((delivery, self.belief.get(delivery.individual)) for delivery in agenda.waiting)
-        return tuple(delivery for delivery, item in items if item and item.displaced)
-
-    def _is_about(self, delivery: Delivery, spec: ObjectSpec) -> bool:
-        """Whether a delivery fits a description, by the object chosen for it or else by what was asked for."""
-        spec = replace(spec, location="")
-        item = self.belief.get(delivery.individual)
-        if item:
-            return item.is_a(spec)
-        asked = delivery.spec
-        likeness = Individual(
-            name=asked.name, type=asked.type, color=asked.color, size=asked.size or "normal", surface="", home=Home("")
-        )
-        return likeness.is_a(spec)
-
-    def _described(self, delivery: Delivery) -> ObjectSpec:
-        item = self.belief.get(delivery.individual)
-        return self.belief.describe(item) if item else delivery.spec
-
     def _default_destination(self, band: Band) -> str:
         return {
             "younger": self.config.destination_younger,
@@ -366,16 +302,3 @@ class Rules:
 
 def _delivery(command: Edit, spec: ObjectSpec, place: str, individual: str) -> Delivery:
     return Delivery(spec=spec, destination=place, command=command.id, kind=command.kind, individual=individual)
-
-
-def _refused(agenda: Agenda, reason: OutcomeReason, object: ObjectSpec = ObjectSpec(), place: str = "") -> Decision:
-    return Decision(agenda, (Verdict("refused", reason, object, place),))
-
-
-def _told(agenda: Agenda, verdicts: list[Verdict]) -> Decision:
-    """One acceptance for the command, and each refused object."""
-    accepted = [verdict for verdict in verdicts if verdict.status == "accepted"]
-    refused = tuple(verdict for verdict in verdicts if verdict.status != "accepted")
-    if len(accepted) > 1:
-        accepted = [Verdict("accepted", place=accepted[0].place)]
-    return Decision(agenda, (*accepted, *refused))

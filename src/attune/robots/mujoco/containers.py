@@ -58,13 +58,17 @@ class Containers:
         self._clock = clock
         self._rng = rng
 
+    def position(self, container: Container) -> float:
+        """How far it is open [m or rad]."""
+        return self._world.container_position(container.name)
+
     def is_open(self, container: Container) -> bool:
         """Whether it is as far open as is needed to use it."""
-        return self._world.container_position(container.name) > _OPEN_SHARE * container.opened
+        return self.position(container) > _OPEN_SHARE * container.opened
 
     def is_closed(self, container: Container) -> bool:
         """Whether it is closed."""
-        return self._world.container_position(container.name) < _CLOSED
+        return self.position(container) < _CLOSED
 
     async def move(self, container: Container, position: float) -> None:
         """Bring a container to a position [m or rad] with a free arm. See `Robot.open`.
@@ -73,7 +77,7 @@ class Containers:
         """
         arc = await self._plan(container, position)
         arm = arc.arm
-        start = self._world.container_position(container.name)
+        start = self.position(container)
         self._world.permit(arm, (container.name,))
         met: Collision | None = None
         try:
@@ -94,7 +98,7 @@ class Containers:
         await self._folding.fold(arm)
         if met is not None:
             raise ContainerStuck(container.name, str(met))
-        moved = abs(self._world.container_position(container.name) - start)
+        moved = abs(self.position(container) - start)
         if moved < _OPEN_SHARE * abs(position - start):
             raise ContainerStuck(container.name, f"it moved {moved:.2f} of {abs(position - start):.2f}")
 
@@ -122,7 +126,7 @@ class Containers:
     async def _plan(self, container: Container, position: float) -> Arc:
         for arm in self._beliefs.free_arms:
             await self._folding.fold(arm)
-        span = (self._world.container_position(container.name), position)
+        span = (self.position(container), position)
         for room, arm in product(ROOMS, self._beliefs.free_arms):
             world = self._beliefs.imagine(without_content=container.name)
             ways = handle_ways(world, container.name, *span)

@@ -13,11 +13,12 @@ import mujoco
 import numpy as np
 from numpy.typing import NDArray
 
-from attune.robots.interface import ARMS, Arm, BasePose, Point, Pose
+from attune.robots.interface import ARMS, Arm, BasePose, Pose
 from attune.robots.mujoco import contact, pr2
-from attune.robots.mujoco.frames import Frame, frame_of, gaze, quaternion, torso_frame
-from attune.robots.mujoco.kinematics import ArmGeometry, ArmKinematics
+from attune.robots.mujoco.frames import Frame, frame_of, quaternion, torso_frame
+from attune.robots.mujoco.kinematics import ArmKinematics
 from attune.robots.mujoco.kitchen import handle_name
+from attune.robots.mujoco.pr2_arm import arm_geometry
 from attune.robots.mujoco.solids import Solid, solids
 
 Array = NDArray[np.float64]
@@ -34,8 +35,6 @@ _GIVE = 0.012
 """How much farther the gap may close between the first pad's touch and the second's [m]."""
 _AWAY = 50.0
 """Where objects are that the robot does not know of [m]."""
-_AROUND = np.array([(0, 0, 0), *((np.cos(a), np.sin(a), 0.0) for a in np.arange(8) * np.pi / 4)])
-"""A point and eight around it."""
 _ARM_BITS: Mapping[Arm, int] = {"right": contact.RIGHT_ARM, "left": contact.LEFT_ARM}
 _CARRIED_BITS: Mapping[Arm, int] = {"right": 32, "left": 64}
 """With which what an arm carries meets the arm itself, the hand excepted."""
@@ -52,6 +51,8 @@ class Imagination:
 
     Attributes:
         checks: Collision checks made so far: the measure of a search's work.
+        carried: The object in each gripper, with its pose in the tool frame.
+        robot_root: Id of the robot's first body.
     """
 
     def __init__(
@@ -60,10 +61,10 @@ class Imagination:
         self.model = copy.copy(model)
         self.data = mujoco.MjData(self.model)
         self.data.qpos[:] = qpos
-        self._arm_address = {arm: self._addresses(pr2.ARM_JOINTS[arm]) for arm in ARMS}
-        self._base_address = self._addresses(pr2.BASE_JOINTS)
-        self._carried = dict(carried)
-        self._robot_root = self.model.body_rootid[self.model.body(pr2.PALM["right"]).id]
+        self._arm_address = {arm: self.addresses(pr2.ARM_JOINTS[arm]) for arm in ARMS}
+        self._base_address = self.addresses(pr2.BASE_JOINTS)
+        self.carried = dict(carried)
+        self.robot_root = self.model.body_rootid[self.model.body(pr2.PALM["right"]).id]
         self.kinematics = {arm: ArmKinematics(arm_geometry(arm)) for arm in ARMS}
         self.checks = 0
         self._rubbed = (-1, 0.0)
@@ -75,7 +76,8 @@ class Imagination:
                 self.put(name, Frame(np.array([_AWAY + index, 0.0, 0.0]), np.eye(3)))
         self._move_carried()
 
-    def _addresses(self, joints: Sequence[str]) -> NDArray[np.intp]:
+    def addresses(self, joints: Sequence[str]) -> NDArray[np.intp]:
+        """Where the positions of joints are in `data.qpos`."""
         return np.array([self.model.joint(joint).qposadr[0] for joint in joints], dtype=np.intp)
 
     def _set_contacts(self) -> None:
@@ -90,9 +92,9 @@ class Imagination:
         self._fingers = [m.jnt_bodyid[m.joint(joint).id] for arm in ARMS for joint in pr2.FINGER_JOINTS[arm]]
         m.geom_margin[np.isin(m.geom_bodyid, self._fingers)] = _FINGER_MARGIN
         meets = contact.FURNITURE | contact.OBJECT | contact.TRUNK
-        for arm in self._carried:
+        for arm in self.carried:
             m.geom_conaffinity[self._links(arm)] |= _CARRIED_BITS[arm]
-        for arm, (name, _) in self._carried.items():
+        for arm, (name, _) in self.carried.items():
             other = contact.LEFT_ARM if arm == "right" else contact.RIGHT_ARM
             for geom in np.flatnonzero(m.geom_bodyid == m.body(name).id):
                 if m.geom_contype[geom]:
@@ -115,7 +117,7 @@ class Imagination:
         """Which geoms belong to an arm without its hand."""
         m = self.model
         before_hand = m.geom_bodyid < m.body(pr2.PALM[arm]).id
-        own = m.body_rootid[m.geom_bodyid] == self._robot_root
+        own = m.body_rootid[m.geom_bodyid] == self.robot_root
         return np.asarray((m.geom_contype == _ARM_BITS[arm]) & before_hand & own)
 
     @property
@@ -132,7 +134,7 @@ class Imagination:
     def torso_frame(self) -> Frame:
         """Where the torso's link is: the frame of the arms' kinematics."""
         base = self.base
-        lift = float(self.data.qpos[self._addresses((pr2.TORSO,))[0]])
+        lift = float(self.data.qpos[self.addresses((pr2.TORSO,))[0]])
         return torso_frame(base, lift)
 
     def arm(self, arm: Arm) -> Array:
@@ -142,12 +144,12 @@ class Imagination:
     def set_arm(self, arm: Arm, q: Array) -> None:
         """Bend an arm; what it carries comes along."""
         self.data.qpos[self._arm_address[arm]] = q
-        if arm in self._carried:
+        if arm in self.carried:
             self._move_carried()
 
     def set_gripper(self, arm: Arm, gap: float) -> None:
         """Set the gap between an arm's pads [m]."""
-        self.data.qpos[self._addresses(pr2.FINGER_JOINTS[arm])] = gap / 2
+        self.data.qpos[self.addresses(pr2.FINGER_JOINTS[arm])] = gap / 2
 
     def set_joint(self, joint: str, position: float) -> None:
         """Move one joint, of a door for instance."""
@@ -168,13 +170,13 @@ class Imagination:
         m = self.model
         hand = m.body(pr2.PALM[arm]).id
         links = (m.geom_contype == _ARM_BITS[arm]) & (m.geom_bodyid < hand)
-        links &= m.body_rootid[m.geom_bodyid] == self._robot_root
+        links &= m.body_rootid[m.geom_bodyid] == self.robot_root
         m.geom_margin[links] = margin
         self._tell_bodies_margins()
 
     def widen_carried(self, arm: Arm, margin: float = MARGIN / 2) -> None:
         """Set how far what an arm carries keeps from everything [m]; without a margin, the usual one."""
-        body = self.model.body(self._carried[arm][0]).id
+        body = self.model.body(self.carried[arm][0]).id
         self.model.geom_margin[(self.model.geom_bodyid == body) & (self.model.geom_contype > 0)] = margin
         self._tell_bodies_margins()
 
@@ -185,10 +187,10 @@ class Imagination:
 
     def let_brush(self, arm: Arm) -> None:
         """If what an arm carries lies against the robot now, let it: no path could begin there otherwise."""
-        m, body = self.model, self.model.body(self._carried[arm][0]).id
+        m, body = self.model, self.model.body(self.carried[arm][0]).id
         self._collide()
         pairs = self.data.contact.geom
-        carried, robot = m.geom_bodyid[pairs] == body, m.body_rootid[m.geom_bodyid[pairs]] == self._robot_root
+        carried, robot = m.geom_bodyid[pairs] == body, m.body_rootid[m.geom_bodyid[pairs]] == self.robot_root
         if not (carried[:, 0] & robot[:, 1] | carried[:, 1] & robot[:, 0]).any():
             return
         # Without a type of its own it still meets what it is set to meet: furniture, objects and the other arm.
@@ -229,18 +231,18 @@ class Imagination:
 
     def set_in_hand(self, arm: Arm, in_hand: Frame) -> None:
         """Change how a carried object lies in the hand."""
-        self._carried[arm] = (self._carried[arm][0], in_hand)
+        self.carried[arm] = (self.carried[arm][0], in_hand)
         self._move_carried()
 
     def carried_frame(self, arm: Arm) -> Frame:
         """Where the object in an arm's gripper is now, in the map frame."""
-        return self.tool(arm) @ self._carried[arm][1]
+        return self.tool(arm) @ self.carried[arm][1]
 
     def _move_carried(self) -> None:
-        if not self._carried:
+        if not self.carried:
             return
         mujoco.mj_kinematics(self.model, self.data)
-        for arm, (name, in_hand) in self._carried.items():
+        for arm, (name, in_hand) in self.carried.items():
             site = self.model.site(pr2.TOOL_FRAME[arm]).id
             hand = Frame(self.data.site_xpos[site], self.data.site_xmat[site].reshape(3, 3))
             self.put(name, hand @ in_hand)
@@ -254,55 +256,6 @@ class Imagination:
             for (a, b), distance, margin in zip(touching.geom, touching.dist, touching.includemargin, strict=True)
             if distance < margin
         ]
-
-    def sees(self, point: Point) -> bool:
-        """Whether furniture leaves the line from the head's camera to a point free."""
-        mujoco.mj_kinematics(self.model, self.data)
-        mujoco.mj_camlight(self.model, self.data)
-        eye = self.data.cam_xpos[self.model.camera(pr2.HEAD_CAMERA).id]
-        way = np.array(point) - eye
-        length = float(np.linalg.norm(way))
-        m, d = self.model, self.data
-        for geom in np.flatnonzero(m.geom_contype == contact.FURNITURE):
-            distance = mujoco.mju_rayGeom(
-                d.geom_xpos[geom], d.geom_xmat[geom], m.geom_size[geom], eye, way / length, m.geom_type[geom]
-            )
-            if 0.0 <= distance < length - 0.05:
-                return False
-        return True
-
-    def own_shadow(self, point: Point, radius: float) -> float:
-        """Share of the surroundings of a point that the robot, or what it carries, hides from its own camera, 0 to 1.
-
-        Args:
-            point: That it looks at; on a surface.
-            radius: How far around it [m].
-        """
-        m = self.model
-        hit, before = self._look(point, np.array(point) + radius * _AROUND + (0.0, 0.0, 0.03))
-        own = [m.body(name).id for name, _ in self._carried.values()]
-        body = m.geom_bodyid[hit]
-        return float(np.mean(before & ((m.body_rootid[body] == self._robot_root) | np.isin(body, own))))
-
-    def visible(self, point: Point, others: Array) -> NDArray[np.bool_]:
-        """Which points (n, 3) nothing known hides when the robot looks at a point near them."""
-        return ~self._look(point, others)[1]
-
-    def _look(self, point: Point, points: Array) -> tuple[NDArray[np.int32], NDArray[np.bool_]]:
-        """What the camera, looking at a point, sees in the direction of points (n, 3): geoms; whether before them."""
-        m, d = self.model, self.data
-        d.qpos[self._addresses(pr2.HEAD_JOINTS)] = gaze(self.torso_frame(), point)
-        mujoco.mj_kinematics(m, d)
-        mujoco.mj_camlight(m, d)
-        camera = m.camera(pr2.HEAD_CAMERA).id
-        eye = d.cam_xpos[camera]
-        length = np.linalg.norm(points - eye, axis=1)
-        hit, reach = np.full(len(points), -1, dtype=np.int32), np.zeros(len(points))
-        solid = np.array([group != contact.VISUAL_GROUP for group in range(6)], dtype=np.uint8)
-        rays = ((points - eye) / length[:, None]).flatten()
-        head = m.cam_bodyid[camera]
-        mujoco.mj_multiRay(m, d, eye, rays, solid, True, head, hit, reach, None, len(hit), float(length.max()))
-        return hit, (hit >= 0) & (reach < length)
 
     def free(self) -> bool:
         """Whether the robot and what it carries touch nothing."""
@@ -320,8 +273,8 @@ class Imagination:
         m = self.model
         near = self.data.contact.dist < self.data.contact.includemargin
         bodies = m.geom_bodyid[self.data.contact.geom[near]]
-        own = [m.body(name).id for name, _ in self._carried.values()]
-        return not bool(((m.body_rootid[bodies] == self._robot_root) | np.isin(bodies, own)).all(axis=1).any())
+        own = [m.body(name).id for name, _ in self.carried.values()]
+        return not bool(((m.body_rootid[bodies] == self.robot_root) | np.isin(bodies, own)).all(axis=1).any())
 
     def hand_free(self, arm: Arm) -> bool:
         """Whether an arm's hand and what it carries touch neither furniture nor objects, wherever the robot stands."""
@@ -330,9 +283,9 @@ class Imagination:
         near = self.data.contact.dist < self.data.contact.includemargin
         bodies = m.geom_bodyid[self.data.contact.geom[near]]
         hand = [m.body(pr2.PALM[arm]).id, *(m.jnt_bodyid[m.joint(name).id] for name in pr2.FINGER_JOINTS[arm])]
-        if arm in self._carried:
-            hand.append(m.body(self._carried[arm][0]).id)
-        foreign = m.body_rootid[bodies] != self._robot_root
+        if arm in self.carried:
+            hand.append(m.body(self.carried[arm][0]).id)
+        foreign = m.body_rootid[bodies] != self.robot_root
         return not bool((np.isin(bodies, hand) & foreign[:, ::-1]).any())
 
     def all_free(self, arm: Arm, path: Array) -> bool:
@@ -392,17 +345,3 @@ def object_names(model: Any) -> tuple[str, ...]:
     """Names of the movable objects: the bodies that move freely."""
     free = model.jnt_bodyid[model.jnt_type == mujoco.mjtJoint.mjJNT_FREE]
     return tuple(model.body(body).name for body in free)
-
-
-def arm_geometry(arm: Arm) -> ArmGeometry:
-    """The PR2's measures, for the closed-form kinematics; limits are kept by a little."""
-    servos = [pr2.SERVOS[joint] for joint in pr2.ARM_JOINTS[arm]]
-    return ArmGeometry(
-        shoulder=np.array([0.0, pr2.SHOULDER_OFFSETS[arm][1], 0.0]),
-        offset=0.1,
-        upper=0.4,
-        fore=0.321,
-        tool=pr2.TOOL_OFFSET,
-        low=np.array([servo.low + 0.02 for servo in servos]),
-        high=np.array([servo.high - 0.02 for servo in servos]),
-    )

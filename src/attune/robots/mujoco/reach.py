@@ -4,7 +4,7 @@ The searches are iterators: each step is one short piece of work, so that a call
 stop between any two steps. A step yields a proven base pose, or None when its candidate was no good.
 """
 
-from collections.abc import Callable, Iterator, Sequence
+from collections.abc import Callable, Iterator
 from functools import partial
 
 import numpy as np
@@ -16,6 +16,7 @@ from attune.robots.mujoco.arcs import ROOMS, find_arcs, handle_ways
 from attune.robots.mujoco.beliefs import Held
 from attune.robots.mujoco.costmap import Costmap, Footprint
 from attune.robots.mujoco.imagination import Imagination
+from attune.robots.mujoco.imagined_view import own_shadow, sees
 from attune.robots.mujoco.whole_motions import PLACING, Manner, find_picks, find_places, manners, radius
 
 Array = NDArray[np.float64]
@@ -30,7 +31,7 @@ _NEAREST, _FARTHEST = 0.35, 0.85
 """Of the shoulder from the target, over the floor [m]."""
 _OUTWARD, _INWARD = 2.0, 0.5
 """How far the target may be to the arm's own side and to the other [rad]."""
-_CLEARANCE = 0.045
+CLEARANCE = 0.045
 """Kept from obstacles where the robot stops [m]."""
 _COMPLETIONS = 3
 """Candidates of an arm motion that are tried to the end from one base pose."""
@@ -38,17 +39,10 @@ _POSES = 60
 """Base poses that are tried."""
 _HANDLE_POSES = 500
 """The same for handles."""
-_NEIGHBOURHOOD = 0.1
+NEIGHBOURHOOD = 0.1
 """Around a place that should be seen before something is put down there [m]."""
-_THING = 0.045
-"""Half the size of a small thing [m]."""
-_REVEALING_ROUNDS = 24
-"""Times that base poses are drawn to see what was hidden: often only one of a hundred shows it."""
-_REVEALED = 0.1
-"""Least share of what was hidden that a view must show."""
-_SHADOW = 0.2
+SHADOW = 0.2
 """Largest share of a place that the robot's own arms may hide."""
-_LOOK_NEAREST, _LOOK_FARTHEST = 0.6, 1.3
 
 
 def stances(
@@ -82,7 +76,7 @@ def stances(
             + 0.1 * turn
             - 1.0 * np.minimum(clearance, 0.15)
         )
-        free = clearance > _CLEARANCE
+        free = clearance > CLEARANCE
         found.append(poses[free])
         costs.append(cost[free])
         if sum(map(len, found)) >= _ENOUGH:
@@ -113,7 +107,7 @@ def pick_poses(
 
     def sees_it(pose: BasePose) -> bool:
         view.base = pose
-        return view.own_shadow(middle, radius(percept)) < _SHADOW and view.sees(middle)
+        return own_shadow(view, middle, radius(percept)) < SHADOW and sees(view, middle)
 
     yield from _in_any_manner(worlds, costmap, body, percept.pose.position, prove, rng, sees_it, manners(pitch))
 
@@ -139,8 +133,8 @@ def place_poses(
 
     def sees_where(pose: BasePose) -> bool:
         carrying.base = pose
-        return carrying.own_shadow(position, radius(held.percept) + _NEIGHBOURHOOD) < _SHADOW and carrying.sees(
-            position
+        return own_shadow(carrying, position, radius(held.percept) + NEIGHBOURHOOD) < SHADOW and sees(
+            carrying, position
         )
 
     yield from _in_any_manner({arm: worlds}, costmap, body, position, prove, rng, sees_where, PLACING)
@@ -173,99 +167,6 @@ def handle_poses(
             yield pose
         if found:
             return
-
-
-def look_poses(
-    world: Imagination,
-    costmap: Costmap,
-    body: Footprint,
-    point: Point,
-    rng: np.random.Generator,
-    hidden: Sequence[Point] = (),
-) -> Iterator[BasePose | None]:
-    """Base poses from which a point can be seen from near, the robot facing it.
-
-    The best one comes first, then those from the farthest other sides.
-
-    Args:
-        world: What is known; the robot stands where it is.
-        costmap: Of the floor.
-        body: The robot's.
-        point: What is to be seen.
-        rng: For the search.
-        hidden: What was hidden: poses from which most of this is seen; few are, so it is searched longer.
-    """
-    now = world.base
-    if hidden:
-        yield from _revealing_poses(world, costmap, body, point, hidden, rng)
-        return
-    poses, towards, costs = _views(costmap, body, point, now, rng)
-    shadowed: list[BasePose] = []
-    ranked = [int(index) for index in np.argsort(costs, kind="stable")]
-    found = False
-    while ranked:
-        index = ranked.pop(0)
-        pose = BasePose(*(float(v) for v in poses[index]))
-        world.base = pose
-        sees = world.sees(point)
-        if sees and world.own_shadow(point, _NEIGHBOURHOOD) >= _SHADOW:
-            shadowed.append(pose)
-            sees = False
-        yield pose if sees else None
-        if sees and not found:
-            found = True
-            aside = np.abs(np.remainder(towards - towards[index] + np.pi, 2 * np.pi) - np.pi)
-            ranked.sort(key=(-aside).__getitem__)
-    yield from shadowed
-
-
-def _revealing_poses(
-    world: Imagination,
-    costmap: Costmap,
-    body: Footprint,
-    point: Point,
-    hidden: Sequence[Point],
-    rng: np.random.Generator,
-) -> Iterator[BasePose | None]:
-    """Poses from which a good part of what was hidden is seen, most of it first; of equals the one farthest aside.
-
-    What should have been seen from here and was not has something unknown before it.
-    """
-    now, points = world.base, np.array(hidden)
-    # A thing is recognised only if a good part of it is seen: a point counts together with those around it.
-    around = np.linalg.norm(points[:, None] - points, axis=2) < _THING
-    found: list[tuple[float, float, BasePose]] = []
-    for _ in range(_REVEALING_ROUNDS):
-        poses, towards, _ = _views(costmap, body, point, now, rng)
-        from_here = np.arctan2(point[1] - now.y, point[0] - now.x)
-        aside = np.abs(np.remainder(towards - from_here + np.pi, 2 * np.pi) - np.pi)
-        for values, away in zip(poses, aside, strict=True):
-            world.base = pose = BasePose(*(float(value) for value in values))
-            seen = world.visible(point, points)
-            share = float(np.mean(~(around & ~seen).any(axis=1)))
-            found.append((-round(share, 1), -float(away), pose))
-        yield None
-    found.sort(key=lambda view: view[:2])
-    yield from (pose for less, _, pose in found if -less > _REVEALED)
-
-
-def _views(
-    costmap: Costmap, body: Footprint, point: Point, now: BasePose, rng: np.random.Generator
-) -> tuple[Array, Array, Array]:
-    """Free base poses around a point, shape (n, 3), in which direction the point is from each, and their costs."""
-    distance = rng.uniform(_LOOK_NEAREST, _LOOK_FARTHEST, _SAMPLES)
-    towards = rng.uniform(-np.pi, np.pi, _SAMPLES)
-    poses = np.column_stack(
-        (
-            point[0] - distance * np.cos(towards),
-            point[1] - distance * np.sin(towards),
-            towards + rng.uniform(-0.4, 0.4, _SAMPLES),
-        )
-    )
-    clearance = costmap.clearance(poses, body)
-    cost = 0.3 * np.hypot(poses[:, 0] - now.x, poses[:, 1] - now.y) + np.abs(distance - 0.8)
-    free = clearance > _CLEARANCE
-    return poses[free], towards[free], cost[free]
 
 
 def _in_any_manner(

@@ -1,13 +1,13 @@
 """The PR2 in the simulated kitchen, behind the Robot interface."""
 
-from collections.abc import Iterator, Mapping, Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import replace
 
 import numpy as np
 
 from attune.core.clock import Clock
 from attune.core.config import RobotConfig
-from attune.core.furniture import Container, Surface
+from attune.core.furniture import Container
 from attune.core.messages import ObjectSpec
 from attune.core.scene import Scene
 from attune.robots.interface import (
@@ -16,42 +16,29 @@ from attune.robots.interface import (
     BasePose,
     Collision,
     GripperFull,
-    LookTarget,
     ObjectNotThere,
-    OpenTarget,
     Percept,
-    PickTarget,
-    PlaceTarget,
     Point,
     Pose,
     Robot,
     RobotFailure,
     RobotStatus,
     Target,
-    UnknownTarget,
 )
 from attune.robots.mujoco.beliefs import Beliefs
-from attune.robots.mujoco.carry import fold
 from attune.robots.mujoco.containers import Containers
 from attune.robots.mujoco.controller import Controller
-from attune.robots.mujoco.costmap import Costmap, footprint
-from attune.robots.mujoco.driving import Driving, find_way
+from attune.robots.mujoco.driving import Driving
 from attune.robots.mujoco.folding import Folding
-from attune.robots.mujoco.imagination import Imagination
 from attune.robots.mujoco.manipulation import Manipulation
 from attune.robots.mujoco.motions import Motions
 from attune.robots.mujoco.perception import PERIOD, CameraSettings, Perception
-from attune.robots.mujoco.reach import handle_poses, look_poses, pick_poses, place_poses
-from attune.robots.mujoco.stepwise import results
+from attune.robots.mujoco.searching import Searching
 from attune.robots.mujoco.world import World
 from attune.robots.simulated import TrueObject
 
 _STANDSTILL = 0.01
 """A robot whose joints are all slower than this stands still [rad/s or m/s]."""
-_VIEWS = 2
-"""Base poses to look from that a search gives; of others one: after a failure, the next search knows more."""
-_CUT_OFF = 6
-"""Base poses without a way to them after which a search is given up."""
 _SURFACE_ERROR = 0.015
 """An object seen less than this over or under a surface stands on it [m]."""
 _LOOKS = 3
@@ -89,6 +76,9 @@ class MujocoRobot(Robot):
             self.world, self._motions, self._folding, self._beliefs, clock, self._look_for, self._rng
         )
         self._containers = Containers(self.world, self._motions, self._folding, self._beliefs, clock, self._rng)
+        self._searching = Searching(
+            scene, self._motions, self._beliefs, self._driving, self._containers, clock, self._rng
+        )
 
     # --- state --------------------------------------------------------------------------------------------------
 
@@ -139,87 +129,7 @@ class MujocoRobot(Robot):
 
     async def base_poses(self, target: Target) -> Sequence[BasePose]:
         """A base pose to which a way leads and from which the target can be reached; to look from, up to two."""
-        self._beliefs.feel_hands()
-        costmap, body = await self._driving.floor()
-        search = self._search(target, costmap)
-        if search is None:
-            return ()
-        wanted = _VIEWS if isinstance(target, LookTarget) else 1
-        world, now = self._beliefs.imagine(), self._motions.base
-        found: list[BasePose] = []
-        cut_off = 0
-        async for pose in results(self._clock, search):
-            way = await self._clock.run_in_thread(
-                lambda: find_way(world, costmap, body, now, pose)  # noqa: B023
-            )
-            if way is not None:
-                found.append(pose)
-            else:
-                cut_off += 1
-            if len(found) == wanted or cut_off == _CUT_OFF:
-                break
-        return tuple(found)
-
-    def _search(self, target: Target, costmap: Costmap) -> Iterator[BasePose | None] | None:
-        """The search for a target's base poses; None when no arm is free for it, or the arm is empty."""
-        rng = np.random.default_rng(int(self._rng.integers(2**31)))
-        match target:
-            case PickTarget(percept, goal, wanted):
-                worlds = {
-                    arm: (self._folded(), self._folded(grasping=(arm, percept.name)))
-                    for arm in self._beliefs.free_arms
-                    if wanted in (arm, None)
-                }
-                body = footprint(self._folded().body_solids())
-                return pick_poses(worlds, costmap, body, percept, rng, self._pitch_for(goal)) if worlds else None
-            case PlaceTarget(arm, position):
-                held = self._beliefs.held.get(arm)
-                if held is None:
-                    return None
-                pair = (self._beliefs.imagine(empty=arm), self._beliefs.imagine())
-                body = footprint(pair[1].body_solids())
-                return place_poses(pair, costmap, body, arm, held, position, rng)
-            case LookTarget(point, hidden):
-                world = self._beliefs.imagine()
-                return look_poses(world, costmap, footprint(world.body_solids()), point, rng, hidden)
-            case OpenTarget(name):
-                return self._search_handle(self._container(name), costmap, rng)
-
-    def _search_handle(
-        self, box: Container, costmap: Costmap, rng: np.random.Generator
-    ) -> Iterator[BasePose | None] | None:
-        goal = 0.0 if self._containers.is_open(box) else box.opened
-        span = (self.world.container_position(box.name), goal)
-        body = footprint(self._folded().body_solids())
-        worlds = {arm: self._folded(without_content=box.name) for arm in self._beliefs.free_arms}
-        return handle_poses(worlds, costmap, body, box.name, span, rng) if worlds else None
-
-    def _pitch_for(self, goal: Point | None) -> float | None:
-        """How steeply the hand should hold what goes there: level under a board, fingers down between walls [rad]."""
-        if goal is None:
-            return None
-        near = min(self._scene.surfaces, key=lambda surface: _distance(surface, goal))
-        if np.isfinite(near.clearance):
-            return 0.0
-        return np.pi / 2 if np.isfinite(near.headroom) else None
-
-    def _folded(self, *, grasping: tuple[Arm, str] | None = None, without_content: str = "") -> Imagination:
-        """The kitchen as believed, with the free arms folded, as they are before an arm action."""
-        world = self._beliefs.imagine(without_content=without_content)
-        for arm in self._beliefs.free_arms:
-            fold(world, arm)
-        if grasping is None:
-            return world
-        grasped = self._beliefs.imagine(grasping=grasping)
-        for arm in self._beliefs.free_arms:
-            grasped.set_arm(arm, world.arm(arm))
-        return grasped
-
-    def _container(self, name: str) -> Container:
-        for container in self._scene.containers:
-            if container.name == name:
-                return container
-        raise UnknownTarget("container", name, [box.name for box in self._scene.containers])
+        return await self._searching.base_poses(target)
 
     # --- acting -------------------------------------------------------------------------------------------------
 
@@ -264,13 +174,13 @@ class MujocoRobot(Robot):
 
     async def open(self, container: str) -> None:
         """Open a door or drawer as far as it is opened for use. The closing of the fingers is shielded, 3 s at most."""
-        box = self._container(container)
+        box = self._searching.container(container)
         if not self._containers.is_open(box):
             await self._move(box, box.opened)
 
     async def close(self, container: str) -> None:
         """Close a door or drawer. The closing of the fingers is shielded, three seconds at most."""
-        box = self._container(container)
+        box = self._searching.container(container)
         if not self._containers.is_closed(box):
             await self._move(box, 0.0)
 
@@ -291,7 +201,7 @@ class MujocoRobot(Robot):
             raise GripperFull(", ".join(held.percept.name for held in self._beliefs.held.values()))
         now = await self._find_again(percept)
         arms = (arm,) if arm is not None else self._nearest_first(free, now)
-        return await self._manipulation.pick(now, arms, self._pitch_for(goal))
+        return await self._manipulation.pick(now, arms, self._searching.pitch_for(goal))
 
     async def place(self, arm: Arm, position: Point) -> None:
         """Put down what `arm` holds, let go, draw back, fold the arm and look whether it stands."""
@@ -329,8 +239,3 @@ class MujocoRobot(Robot):
         x, y, _ = percept.pose.position
         aside = np.cos(base.yaw) * (y - base.y) - np.sin(base.yaw) * (x - base.x)
         return tuple(sorted(arms, key=lambda arm: (arm == "left") != (aside > 0)))
-
-
-def _distance(surface: Surface, point: Point) -> float:
-    """From the middle of a surface as it is used to a point [m]."""
-    return float(np.linalg.norm(np.array(surface.center) + surface.shift - point))

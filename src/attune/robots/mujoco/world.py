@@ -16,23 +16,21 @@ import numpy as np
 from numpy.typing import NDArray
 
 from attune.core.messages import ObjectSpec
-from attune.core.scene import Scene, SceneError
+from attune.core.scene import Scene
 from attune.robots.interface import ARMS, Arm, BasePose, Point, Pose
 from attune.robots.mujoco import pr2
 from attune.robots.mujoco.grip import Grip
-from attune.robots.mujoco.kitchen import WALLS, add_kitchen, joint_name, leaf_name
-from attune.robots.mujoco.pr2_body import add_pr2
+from attune.robots.mujoco.kitchen import joint_name
+from attune.robots.mujoco.model import world_spec
 from attune.robots.mujoco.regions import Regions
-from attune.robots.mujoco.things import add_things, free_joint
-from attune.robots.mujoco.touch import FLOOR, Touch
+from attune.robots.mujoco.things import free_joint
+from attune.robots.mujoco.touch import Touch
 from attune.robots.simulated import TrueObject
 
 TICK = 0.02
 """Control period [s]."""
 GRASP_FORCE = 2.0
 """With which both pads must press [N]."""
-_STEP = 0.004
-_FRICTION_STEP = 0.002
 _SETTLING = 0.4
 """Time in which the objects come to rest before the world begins [s]."""
 _GONE = 50.0
@@ -40,36 +38,6 @@ _GONE = 50.0
 _UPRIGHT = cos(np.radians(20))
 
 Array = NDArray[np.float64]
-
-
-def world_spec(scene: Scene, *, friction_only: bool = False) -> mujoco.MjSpec:
-    """Kitchen, objects and robot as one model, the robot's joints at zero.
-
-    Raises:
-        SceneError: An object or a piece of furniture is named like a part of the robot or of the room.
-    """
-    _check_names(scene)
-    spec = mujoco.MjSpec()
-    spec.option.timestep = _FRICTION_STEP if friction_only else _STEP
-    spec.option.integrator = mujoco.mjtIntegrator.mjINT_IMPLICITFAST
-    # What rests costs nothing until something touches it.
-    spec.option.enableflags |= mujoco.mjtEnableBit.mjENBL_SLEEP
-    add_kitchen(spec, scene)
-    add_things(spec, scene)
-    add_pr2(spec)
-    for arm in ARMS:
-        Grip.add_constraints(spec, scene, arm)
-    return spec
-
-
-def _check_names(scene: Scene) -> None:
-    robot = mujoco.MjSpec()
-    add_pr2(robot)
-    reserved = {body.name for body in robot.bodies} | {leaf_name(box.name) for box in scene.containers} | {FLOOR, WALLS}
-    names = [piece.name for piece in scene.furniture] + [thing.name for thing in scene.objects]
-    taken = sorted(reserved.intersection(names))
-    if taken:
-        raise SceneError("of the simulation", [f"the name {name!r} is needed for something else" for name in taken])
 
 
 class World:
