@@ -287,3 +287,19 @@ def test_stop_at_rest_is_accepted_and_nothing_moves(make_kitchen):
     assert kitchen.of(command) == [("accepted", ""), ("done", "stopped")]
     assert kitchen.states[-1].step == "stopped"
     assert kitchen.robot.status().halted
+
+
+def test_what_was_delivered_stays_there_when_its_move_is_cancelled_while_the_fingers_close(make_kitchen):
+    kitchen = make_kitchen()
+
+    async def script():
+        kitchen.say(bring("blue spoon"))
+        await kitchen.settle()
+        kitchen.say(ChangeLocation(time=0.0, destination="shelf"))
+        await kitchen.until(lambda state: not state.interruptible)
+        kitchen.say(CancelObject(time=0.0, object=spec("spoon")))
+        await kitchen.settle()
+
+    kitchen.play(script)
+    assert kitchen.moved() == {"blue_spoon": "table"}
+    kitchen.check_nothing_lost()

@@ -38,6 +38,7 @@ class Individual:
         home: Where it belongs: where it stood before the robot moved it.
         displaced: Whether the robot has put it somewhere else than home.
         percept: As it was seen last, where the robot has put it since.
+        taken_from: Name of the surface that the robot took it from last.
     """
 
     name: str
@@ -52,6 +53,7 @@ class Individual:
     seen: float | None = None
     displaced: bool = False
     percept: Percept | None = None
+    taken_from: str = ""
 
     @property
     def extent(self) -> Point:
@@ -167,7 +169,9 @@ class Belief:
         """The robot has taken an object."""
         item = self._objects[name]
         home = item.home if item.displaced or not item.surface else Home(item.surface, item.position)
-        self._objects[name] = replace(item, surface="", position=None, held_by=arm, confidence=1.0, home=home)
+        self._objects[name] = replace(
+            item, surface="", position=None, held_by=arm, confidence=1.0, home=home, taken_from=item.surface
+        )
         self.publish()
 
     def put(self, name: str, surface: str, position: Point, *, confidence: float = 1.0) -> None:

@@ -52,15 +52,17 @@ class Desk:
         self.refresh()
 
     def adopt(self) -> None:
-        """See that all that is held is in the agenda: what nobody wants is to be brought home."""
+        """See that all that is held is in the agenda: what nobody wants is brought to where it was taken from."""
         for item in self.belief.held().values():
             if self.agenda.of(item.name) is None and item.name not in self.given_up:
+                # What was delivered and stood there when nobody wanted it elsewhere any more goes back there.
+                delivered = item.displaced and item.taken_from
                 tidy = Delivery(
                     spec=self.belief.describe(item),
-                    destination="",
+                    destination=self.scene.surface(item.taken_from).place if delivered else "",
                     command="",
                     kind="put_back",
-                    status="returning",
+                    status="waiting" if delivered else "returning",
                     individual=item.name,
                 )
                 self.agenda = self.agenda.add(tidy)

@@ -114,8 +114,7 @@ class Driving:
             failure: RobotFailure | None = None
             tasks.start_soon(self._watch, way, body, tasks.cancel_scope.cancel)
             try:
-                with self._motions.leaving_contacts():
-                    await self._motions.drive(way.trajectory)
+                await self._motions.drive(way.trajectory)
             except RobotFailure as met:
                 failure = met
             tasks.cancel_scope.cancel()
