@@ -8,6 +8,10 @@ from attune.robots.interface import BasePose
 from attune.robots.mujoco.carry import FOLDED, fold, folding_path, is_folded, is_out_of_the_way
 from attune.robots.mujoco.frames import Frame
 from attune.robots.mujoco.imagination import Imagination
+from attune.robots.mujoco.kinematics import rotation
+from attune.robots.mujoco.kitchen import joint_name
+from attune.robots.mujoco.reaching import stacked
+from attune.robots.mujoco.skeleton import through_things
 from attune.robots.mujoco.upright_paths import upright_path
 from attune.robots.mujoco.world import World
 
@@ -77,3 +81,18 @@ def test_a_carried_object_stays_upright_around_the_shoulder(world: World) -> Non
     dense = np.concatenate([np.linspace(a, b, 5) for a, b in itertools.pairwise(path)])
     _, orientation = imagined.kinematics["right"].forward(dense)
     assert orientation[:, 2, 2].min() > np.cos(np.radians(3.0))
+
+
+def test_what_is_sorted_out_at_once_could_not_be_free(world: World) -> None:
+    imagined = in_the_open(world)
+    imagined.base = BasePose(4.67, 3.62, 0.44)  # Before the cabinet.
+    imagined.set_joint(joint_name("cabinet"), 1.5)
+    rng, kinematics = np.random.default_rng(0), imagined.kinematics["left"]
+    inside = SCENE.surface("cabinet").center + rng.uniform((-0.2, -0.1, 0.05), (0.2, 0.1, 0.3), (60, 3))
+    hands = [Frame(place, rotation(2, yaw)) for place, yaw in zip(inside, rng.uniform(0.0, np.pi, 60), strict=True)]
+    q, _ = kinematics.solutions(*stacked(imagined.torso_frame(), hands), kinematics.pan_grid(0.4))
+    blocked = through_things(imagined, "left", q, "red_cup")
+    free = np.array([imagined.all_free("left", configuration[None]) for configuration in q])
+    assert free.any()
+    assert not (blocked & free).any()
+    assert blocked.sum() > 0.5 * (~free).sum()

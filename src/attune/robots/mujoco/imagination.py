@@ -326,6 +326,21 @@ class Imagination:
         mujoco.mj_comPos(self.model, self.data)
         mujoco.mj_collision(self.model, self.data)
 
+    def obstacle_boxes(self, without: str) -> tuple[Array, Array, Array]:
+        """Boxes inside furniture and objects: centres (n, 3), rotations (n, 3, 3), half lengths (n, 3), map frame.
+
+        Args:
+            without: An object that does not count.
+        """
+        mujoco.mj_kinematics(self.model, self.data)
+        m, d = self.model, self.data
+        solid = np.isin(m.geom_contype, (contact.FURNITURE, contact.OBJECT)) & (m.geom_bodyid != m.body(without).id)
+        cylinder = m.geom_type == mujoco.mjtGeom.mjGEOM_CYLINDER
+        boxes = np.flatnonzero(solid & (cylinder | (m.geom_type == mujoco.mjtGeom.mjGEOM_BOX)))
+        round_ = np.column_stack((m.geom_size[:, 0], m.geom_size[:, 0], np.sqrt(2) * m.geom_size[:, 1])) / np.sqrt(2)
+        halves = np.where(cylinder[:, None], round_, m.geom_size)[boxes]
+        return d.geom_xpos[boxes].copy(), d.geom_xmat[boxes].reshape(-1, 3, 3).copy(), halves
+
     def body_solids(self) -> list[Solid]:
         """Robot and carried objects in the base's frame."""
         mujoco.mj_kinematics(self.model, self.data)

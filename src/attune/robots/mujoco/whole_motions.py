@@ -5,7 +5,7 @@ stop between any two steps. A step yields a whole motion that is free of collisi
 """
 
 from collections import Counter
-from collections.abc import Collection, Iterable, Iterator
+from collections.abc import Collection, Iterator, Sequence
 from dataclasses import dataclass
 
 import numpy as np
@@ -29,6 +29,7 @@ from attune.robots.mujoco.pick_place import (
     pick_starts,
     place_starts,
 )
+from attune.robots.mujoco.skeleton import through_things
 from attune.robots.mujoco.upright_paths import upright_path
 
 Array = NDArray[np.float64]
@@ -37,6 +38,8 @@ _STARTS = 40
 """Candidates of the straight part that are tried, for each height of lifting."""
 _ALIKE = 4
 """Candidates with the same pose of the hand that are tried, of those."""
+_AT_ONCE = 128
+"""Candidates that are looked through at once for those that do not reach through something."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -149,7 +152,7 @@ def find_picks(
             for grasp in grasps_for(percept, pitch)
             if _key(grasp.tool) not in hopeless and (wanted is None or abs(grasp.pitch - wanted) < _NEAR_PITCH)
         ]
-        for key, start in _worth_trying(pick_starts(world, arm, grasps, lift, top), hopeless):
+        for key, start in _worth_trying(world, pick_starts(world, arm, grasps, lift, top), percept.name, hopeless):
             world.aim_at(percept.name)
             world.set_gripper(arm, pr2.GRIPPER_OPEN)
             world.set_arm(arm, start.keys[0])
@@ -203,7 +206,7 @@ def find_places(
     for lift in LIFTS:
         carrying.set_arm(arm, posture)
         starts = place_starts(carrying, arm, held.in_hand, held.upright, position, lift, top)
-        for key, start in _worth_trying(starts, hopeless):
+        for key, start in _worth_trying(carrying, starts, held.percept.name, hopeless):
             carrying.set_arm(arm, start.keys[0])
             if not carrying.hand_free(arm):
                 hopeless.add(key)
@@ -220,12 +223,17 @@ def find_places(
         yield None
 
 
-def _worth_trying(starts: Iterable[Start], hopeless: Collection[bytes]) -> Iterator[tuple[bytes, Start]]:
+def _worth_trying(
+    world: Imagination, starts: Sequence[Start], handled: str, hopeless: Collection[bytes]
+) -> Iterator[tuple[bytes, Start]]:
     """So many candidates and no more, few of them with the same pose of the hand; each with the key of that pose."""
     tried: Counter[bytes] = Counter()
-    for start in starts:
+    for index, start in enumerate(starts):
+        if index % _AT_ONCE == 0:
+            some = starts[index : index + _AT_ONCE]
+            blocked = through_things(world, start.arm, np.stack([other.keys[0] for other in some]), handled)
         key = _key(start.frames[0])
-        if key in hopeless or tried[key] == _ALIKE:
+        if blocked[index % _AT_ONCE] or key in hopeless or tried[key] == _ALIKE:
             continue
         tried[key] += 1
         if tried.total() > _STARTS:
