@@ -37,6 +37,8 @@ _BACK = (0.6, 0.35)
 """How far the robot draws back from what it ran into [m]."""
 _BACKWARDS = (math.pi, 0.75 * math.pi, 1.25 * math.pi, 0.5 * math.pi, 1.5 * math.pi)
 """Directions in which it may, counted from that in which it went [rad]."""
+_SURE = 0.05
+"""Clearance with which nothing is touched, however coarse the costmap's cells are [m]."""
 _BLOCKED = 0.03
 """A way ahead that has become narrower by this is blocked [m]."""
 
@@ -174,7 +176,7 @@ def find_way(world: Imagination, costmap: Costmap, body: Footprint, start: BaseP
         for blend in _BLENDS:
             trajectory = plan_trajectory(route, BASE_LIMITS, blend)
             room = float(costmap.clearance(trajectory.points[::3], body).min())
-            if room >= _KEPT:
+            if room >= _SURE or (room >= _KEPT and _drives_free(world, trajectory.points[::2])):
                 return Way(trajectory, room)
             narrow.append(Way(trajectory, room))
     narrow.sort(key=lambda way: -way.room)
