@@ -43,12 +43,14 @@ class Limits:
 
 
 _LIMITS = {
-    "bring_me": Limits(-0.4, 1.0), "setting_breakfast": Limits(-0.4, 1.0), "change_location": Limits(0.5, 1.5),
+    "bring_me": Limits(0.0, 1.2), "setting_breakfast": Limits(0.2, 1.2), "change_location": Limits(0.0, 1.5),
     "replace_object": Limits(1.5, 3.0), "stop": Limits(3.0, 3.0),
 }  # fmt: skip
 _ANSWERS = Limits(2.0, 3.0)
-_POINTS = 0.5
-"""So much later who points at what the robot is about ("the blue one as well") is doubted."""
+_CALLED, _FRAMED, _POINTS = 1.5, 0.8, 0.5
+"""So much later is doubted who calls the robot, who asks "could you ...", who points at what the robot is about."""
+_EXPRESSLY = 0.95
+"""The rules' confidence in a request to "you"."""
 _ANOTHER_COMMAND = {"bring_me": 1.5, "replace_object": 4.0}
 """How much likelier another command has to be; less for what people mix up."""
 _ANOTHER_THAN_THE_REST = 2.0
@@ -62,6 +64,7 @@ _SURE = 0.9
 _SHORT = 4
 """A stop or an answer of so few words is never doubted."""
 _EXPLAINS = re.compile(r"\b(?:i|we) have (?:already )?(?:found|got) T\d+$")
+_YOU_STOP = re.compile(r"(?<!when )(?<!if )(?<!until )\byou (?:\w+ )?stop(?:ped)?\b")
 _ABOUT_MEMORY = re.compile(r"\b(?:forget|remember|erase|delete) (?:about )?(?:me|my name|who i am|everything about)\b")
 _CLEAR = re.compile(
     r"(?:(?:please|okay|now|well|hey|hello|then|and|also|yes|thanks|just|(?:can|could|would|will) you|,) )*"
@@ -127,18 +130,20 @@ class SecondOpinion:
         ):
             return None
         short = len(sentence.skeleton.split()) <= _SHORT
-        if (found == "stop" and (short or sentence.called == "robot")) or (answering and short):
+        told = sentence.called == "robot" or _YOU_STOP.search(sentence.skeleton)
+        if (found == "stop" and (short or told)) or (answering and short):
             return None
-        limits = _LIMITS[found]
-        if answering:
-            limits = _ANSWERS
-        elif context.busy and any(thing.head != "noun" for thing in sentence.things):
-            limits = Limits(limits.ask + _POINTS, limits.ignore)
+        limits = _ANSWERS if answering else _LIMITS[found]
+        later = (
+            _CALLED * (sentence.called == "robot")
+            + _FRAMED * (meaning.confidence >= _EXPRESSLY)
+            + _POINTS * (context.busy and any(thing.head != "noun" for thing in sentence.things))
+        )
         against = math.log(judged["other"] + _TINY) - math.log(1 - judged["other"] + _TINY)
-        if against > limits.ignore:
+        if against > limits.ignore + later:
             reason = "the whole sentence sounds like no request"
             return Interpretation(intent="talk", confidence=round(judged["other"], 2), reason=reason)
-        if against > limits.ask:
+        if against > limits.ask + later:
             reason = "may not have been asked of the robot"
             return Interpretation(intent="unclear", confidence=round(judged[found], 2), reason=reason, doubted=meaning)
         return None

@@ -71,13 +71,29 @@ _WAIT = re.compile(
     r"bit|here|robot|"
     r"right|everything|it|little|couple|of|the|task|wait|hold|on|hang|then|okay|until .*|till .*|"
     r"what you are doing|to|think|let me think|"
-    r"i (?![^.?]*\b[TP]\d)[^.?]*|what|will|would|you|everyone|all|work|movement|your|on it))*(?= *(?:[.,?]|$))"
+    r"(?:i|somebody|someone|there|the (?:door|phone|bell|dog|cat|baby|kids|children)|he|she|they|we) "
+    r"(?![^.?]*\b[TP]\d)[^.?]*|my \w+$|what|will|would|you|everyone|all|work|movement|your|on it))*(?= *(?:[.,?]|$))"
 )
 _ALL_OF_IT = (
     r"(?:it|that|this|them|everything|anything|all|all of (?:it|that|them)|the lot|"
     r"the (?:\w+ )?(?:thing|lot|business|order|task|request|job|action|plan|command|delivery|one|idea|matter|errand)|"
     r"(?:the |my |that )?breakfast|my (?:\w+ )?(?:request|order|wish)|"
     r"what (?:i|you) (?:\w+ ){0,2}?(?:said|asked|wanted|doing|ordered|do)(?: for)?|i said anything|i asked)"
+)
+_BREAK_OFF = (
+    rf"(?:interrupt|suspend|terminate|discontinue|disregard|ignore|strike|belay|end|stop|halt|break off|undo|revoke|"
+    rf"cancel|withdraw|drop) (?:{_ALL_OF_IT}|(?:your|the|my|this|that) (?:(?:last|current|previous|whole) )?(?:task|"
+    r"action|activity|work|job|mission|motion|movement|request|command|order|instruction|errand|trip|thing)|"
+    r"what you are doing|that last (?:bit|part|one))|"
+    r"interrupt|break off|(?:that is )?far enough|no further|hold (?:your )?fire|brakes?|(?:hit|put on) the brakes|"
+    r"put the brakes on|steady(?: on)?|easy(?: there| now)|take five|"
+    r"let us (?:take a break|pause|stop(?: here| there)?)|"
+    r"(?:would|do) you mind (?:stopping|waiting|pausing|not doing that)|i take (?:it|that) back|"
+    r"on second thoughts?(?: ,)? (?:do not|leave it|no|never mind)|nobody moves?|everybody stop|"
+    r"you (?:can|may) (?:rest|relax|put your feet up)|(?:we|you) are (?:done|finished|through) here|timeout|let go|"
+    r"(?:it is|i think it is) (?:about )?time (?:that )?you stopped|(?:it is )?time to stop|"
+    r"(?:it is |that is )?(?:no longer|not) (?:needed|necessary|required)(?: any ?more| any ?longer| now)?|"
+    r"i would (?:like|prefer) (?:it if )?you (?:to )?(?:stopped|stop|waited|paused)|i want a (?:pause|break)"
 )
 _GIVE_UP = re.compile(
     rf"{_BEFORE}(?:(?:can|could|would|will) (?:you|we) |please |just |let us |you can |you may |"
@@ -111,7 +127,8 @@ _GIVE_UP = re.compile(
     r"let go of that plan|break|"
     r"i give up|undo that|discard that|you can leave it|that is not necessary any more|"
     r"it is not necessary any more|not any more|"
-    r"back to idle|skip it|skip that|put an end to (?:it|that|this)|i am calling it off"
+    r"back to idle|skip it|skip that|put an end to (?:it|that|this)|i am calling it off|"
+    rf"{_BREAK_OFF}"
     rf"){_SOFT_END}(?= *(?:[.,?]|$))"
 )
 
