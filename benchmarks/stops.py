@@ -25,7 +25,7 @@ from attune.evaluation.speech_samples import held_out_speakers
 from attune.session.session import Session
 from attune.speech.audio import SAMPLE_RATE, ArraySource, Samples
 
-Surroundings = Literal["quiet", "white", "babble", "kitchen"]
+Surroundings = Literal["quiet", "white", "pink", "babble", "kitchen"]
 SENTENCES: dict[str, list[str]] = tomllib.loads(Path(__file__).with_suffix(".toml").read_text("utf-8"))
 DEVELOPMENT = bool(os.environ.get("ATTUNE_BENCHMARK_DEVELOPMENT"))
 """Measure with what development may look at."""
@@ -154,7 +154,7 @@ def hear(
 
 def background(surroundings: Surroundings, count: int, level: float, rng: np.random.Generator) -> Samples:
     """Other sound of a root mean square [dB full scale]."""
-    if surroundings == "quiet":
+    if surroundings in {"quiet", "pink"}:
         return noise(count, level, rng)
     if surroundings == "white":
         return noise(count, level, rng, "white")
@@ -244,7 +244,7 @@ def main() -> dict[str, Any]:
     both = [*speakers, *(faster(speaker) for speaker in speakers)]
     orders = [*SENTENCES["stops"], *SENTENCES["stops_within"]]
     half = slice(0, None, 2) if DEVELOPMENT else slice(1, None, 2)
-    noises: tuple[Surroundings, ...] = ("white", "babble", "kitchen")
+    noises: tuple[Surroundings, ...] = ("pink", "babble", "kitchen")
     results: dict[str, Any] = {"measured on": f"{len(speakers)} synthetic voices, each at two speeds"}
     results["stop, clean"] = stops([s for v in both for s in hear(v, orders)])
     for kind in noises:

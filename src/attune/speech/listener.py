@@ -26,11 +26,19 @@ from attune.speech.stop_spotter import StopSpotter
 from attune.speech.stop_words import reads_as_stop
 
 _Change = tuple[SpeechBegan | SpeechEnded, ...]
-_Heard = Frame | SpeechBegan | SpeechEnded
-_SURE = 0.5
-"""Confidence from which a text is no longer doubtful."""
 _HOPELESS = 0.02
 """Confidence under which what was recognised is no utterance at all."""
+
+
+@dataclass(frozen=True, slots=True)
+class _Over:
+    """An utterance is over; the spotter takes it for an order to stop with this probability."""
+
+    ended: SpeechEnded
+    order: float
+
+
+_Heard = Frame | SpeechBegan | _Over
 
 
 @dataclass(frozen=True, slots=True)
@@ -129,8 +137,8 @@ class Listener:
                 changes, stop_word = await self._clock.run_in_thread(hear)
                 if stop_word:
                     self._tell_stop(stop_word, frame.end)
-                speaking, sure = ears.endpointer.speaking, ears.spotter.overrules(doubtful=False)
-                if self._review.takes_back(self._partial, frame.end, speaking=speaking, sure=sure):
+                speaking, order = ears.endpointer.speaking, ears.spotter.latest_order
+                if self._review.takes_back(self._partial, frame.end, speaking=speaking, order=order):
                     self._take_back()
                 for problem in levels.accept(raw, speaking=ears.endpointer.speaking):
                     self._warn(problem)
@@ -138,7 +146,7 @@ class Listener:
                     was_speaking = ears.endpointer.speaking
                     self._bus.publish(SPEECH_ACTIVITY, SpeechActivity(time=self._clock.now(), speaking=was_speaking))
                 for change in changes:
-                    send.send_nowait(change)
+                    send.send_nowait(self._with_order(ears, change))
                 if changes:
                     pause.clear()
                 elif ears.endpointer.pausing:
@@ -149,9 +157,12 @@ class Listener:
                         send.send_nowait(kept)
                     pause.clear()
             if (ended := ears.endpointer.finish()) is not None:
-                send.send_nowait(ended)
+                send.send_nowait(self._with_order(ears, ended))
         if was_speaking:
             self._bus.publish(SPEECH_ACTIVITY, SpeechActivity(time=self._clock.now(), speaking=False))
+
+    def _with_order(self, ears: _Ears, change: SpeechBegan | SpeechEnded) -> SpeechBegan | _Over:
+        return _Over(change, ears.spotter.order(change.end)) if isinstance(change, SpeechEnded) else change
 
     async def _recognise(self, ears: _Ears, receive: MemoryObjectReceiveStream[_Heard]) -> None:
         utterance: list[Frame] = []
@@ -163,7 +174,7 @@ class Listener:
 
         with receive:
             async for heard in receive:
-                if isinstance(heard, SpeechEnded):
+                if isinstance(heard, _Over):
                     await self._finish(ears, heard, utterance)
                     utterance = []
                     continue
@@ -175,7 +186,8 @@ class Listener:
                 if stop_word := ears.spotter.accept_partial(self._partial, frames[-1].end):
                     self._tell_stop(stop_word, frames[-1].end)
 
-    async def _finish(self, ears: _Ears, ended: SpeechEnded, frames: Sequence[Frame]) -> None:
+    async def _finish(self, ears: _Ears, over: _Over, frames: Sequence[Frame]) -> None:
+        ended = over.ended
         samples = np.concatenate([frame.samples for frame in frames])
 
         def finish() -> tuple[Recognition, AgeEstimate]:
@@ -187,11 +199,10 @@ class Listener:
         ears.spotter.end_utterance()
         was_open, was_spotted = self._review.open, self._review.decided(ended.start)
         if not ended.is_noise:
-            doubtful = not recognition.in_domain or recognition.confidence < _SURE
             text = recognition.text
             evidence = Evidence(
                 spotted=was_spotted,
-                sure=was_spotted and ears.spotter.overrules(doubtful=doubtful),
+                order=over.order,
                 seconds=ended.end - ended.start,
                 lead=lambda: ears.judge.lead(samples, text),
             )

@@ -1,71 +1,46 @@
 """Hears "stop" while the person is still speaking, from the raw stream and from partial results."""
 
-import math
-import tempfile
-from pathlib import Path
+from collections import deque
 
 from attune.speech.audio import FRAME_SECONDS, Samples
 from attune.speech.loudness import Background, level
-from attune.speech.pronunciation import dictionary_text
-from attune.speech.sphinx import pcm16
+from attune.speech.stop_network import StopNetwork, Verdict
 from attune.speech.stop_words import is_negated_after, stops_in
 
-_KEYWORDS = {"stop": "S T AA P", "stop-british": "S T AO P"}
-"""Sounds that the keyword search looks for. "Freeze" fires on "please" and "halt" on half of all speech, so only the
-partial results tell those."""
-_SPOTTED = "stop"
-_SEARCHED = 1e-25
-"""Threshold of the search, far lower than what counts."""
-_SURE, _LEAST_SURE = -225.0, -560.0
-"""Evidence that counts: in a quiet room, where ordinary speech often comes near, and in noise, which takes from the
-evidence. Logarithm of the word's probability over that of any sounds (base 1.0001, in steps of 1024)."""
-_OVERRULES, _OVERRULES_DOUBT = -100.0, -225.0
-"""Evidence that nothing but this word gives, and evidence that counts for more than a doubtful text."""
-_QUIET_MARGIN, _NOISY_MARGIN = 50.0, 36.0
-"""The room is quiet or noisy when the loudest speech is so much louder than the background [dB]."""
-_LEAST_MARGIN = 20.0
-"""A stop in the distance is somebody else's [dB over the background]."""
-_RIPENS = 0.16
-"""The evidence still grows for this long after it was first found [s]."""
-_WORD_LENGTH = 0.8
-"""The loudness of the word is that of the last moment [s]."""
-_LOG_BASE = math.log(1.0001)
-_OFFSET = 1500.0
-"""PocketSphinx takes this from the evidence (KWS_MAX in kws_search.h)."""
+_WORD = "stop"
+_ALONE = 0.7
+"""Probability of "stop" from which it counts whatever the recogniser hears. It errs towards stopping. Chosen, as those
+below, on voices of development."""
+_WITH_TEXT = 0.3
+"""The same where a partial result holds a stop word."""
 _CERTAIN = {"stop", "halt"}
 _STEADY = 3
 """Other stop words count once they stood in so many partial results in a row: they come and go in ordinary speech."""
+_LEAST_MARGIN = 10.0
+"""A stop in the distance is somebody else's [dB over the background]."""
+_WORD_LENGTH = 0.8
+"""The loudness of the word, and what the network made of it, is that of the last moment [s]."""
 _REFRACTORY = 1.0
 """Both ways of hearing tell the same word within this time [s]."""
+_REMEMBERED = 3.0
+_SETTLED, _FORGOTTEN = 0.1, 0.7
+"""The network is asked about an utterance so long after its end [s]."""
 
 
 class StopSpotter:
-    """A keyword search that always runs, and the stop words of partial results. The first of the two counts.
+    """A small network that always listens, and the stop words of partial results. The first of the two counts.
 
-    It errs towards stopping: a spotted stop only pauses the robot, and the whole utterance decides. Belongs to one
-    thread at a time.
+    A spotted stop only pauses the robot, and the whole utterance decides. Belongs to one thread at a time.
     """
 
     def __init__(self) -> None:
-        import pocketsphinx
-
-        models = Path(pocketsphinx.get_model_path()) / "en-us"
-        with tempfile.TemporaryDirectory() as folder:
-            dictionary, keywords = Path(folder) / "stop.dict", Path(folder) / "stop.keywords"
-            dictionary.write_text(dictionary_text({word: (phones,) for word, phones in _KEYWORDS.items()}))
-            keywords.write_text("".join(f"{word} /{_SEARCHED:g}/\n" for word in _KEYWORDS))
-            self._search = pocketsphinx.Decoder(
-                hmm=str(models / "en-us"), dict=str(dictionary), kws=str(keywords), loglevel="FATAL"
-            )
-        self._search.start_utt()
-        self._found: float | None = None
+        self._network = StopNetwork()
         self._background = Background(FRAME_SECONDS)
         self._told: float | None = None
+        self._heard: deque[tuple[float, Verdict]] = deque(maxlen=round(_REMEMBERED / FRAME_SECONDS))
         self._partial = ""
         self._told_in_partial = 0
         self._steady = 0
-        self._evidence_told = -math.inf
-        self._in_noise = False
 
     def accept(self, samples: Samples, time: float, *, voiced: bool = True) -> str:
         """Take the next samples of the raw stream.
@@ -79,45 +54,13 @@ class StopSpotter:
             The stop word that was heard just now, or "".
         """
         self._background.accept(level(samples))
-        self._search.process_raw(pcm16(samples))
-        found = self._search.hyp()
-        if not found:
+        verdict = self._network.accept(samples)
+        if verdict is None:
             return ""
-        if self._found is None:
-            self._found = time
-        evidence, needed = self._evidence(), self._needed()
-        counts = evidence >= needed
-        if counts or time - self._found >= _RIPENS:
-            # Without a fresh start the same word would be found for ever.
-            self._search.end_utt()
-            self._search.start_utt()
-            self._found = None
-        if not voiced or not counts or is_negated_after(self._partial):
+        self._heard.append((time, verdict))
+        if verdict.stop < _ALONE or not voiced or self._is_far() or is_negated_after(self._partial):
             return ""
-        if not self._is_new(time):
-            return ""
-        self._evidence_told, self._in_noise = evidence, needed < _SURE
-        return _SPOTTED
-
-    def overrules(self, *, doubtful: bool) -> bool:
-        """Whether the last stop that the search found is to be believed where the recogniser hears another word.
-
-        So it is when the search is quite sure, and in noise, which garbles what the recogniser hears.
-
-        Args:
-            doubtful: The recogniser is not sure either.
-        """
-        return self._in_noise or self._evidence_told >= (_OVERRULES_DOUBT if doubtful else _OVERRULES)
-
-    def _evidence(self) -> float:
-        return max(math.log(max(segment.prob, 1e-300)) / _LOG_BASE + _OFFSET for segment in self._search.seg())
-
-    def _needed(self) -> float:
-        margin = self._background.loudest(_WORD_LENGTH) - self._background.level
-        if margin < _LEAST_MARGIN:
-            return math.inf
-        noisy = (_QUIET_MARGIN - margin) / (_QUIET_MARGIN - _NOISY_MARGIN)
-        return _SURE + min(1.0, max(0.0, noisy)) * (_LEAST_SURE - _SURE)
+        return _WORD if self._is_new(time) else ""
 
     def accept_partial(self, text: str, time: float) -> str:
         """Take what the recogniser has understood so far of the utterance.
@@ -131,7 +74,7 @@ class StopSpotter:
             self._steady = 0
             return ""
         self._steady += 1
-        if stops[-1] not in _CERTAIN and self._steady < _STEADY:
+        if (stops[-1] not in _CERTAIN and self._steady < _STEADY) or not self._is_likely(time):
             return ""
         self._told_in_partial = len(stops)
         self._steady = 0
@@ -142,6 +85,27 @@ class StopSpotter:
         self._partial = ""
         self._told_in_partial = 0
         self._steady = 0
+
+    @property
+    def latest_order(self) -> float:
+        """As `order`, at this moment."""
+        return self._heard[-1][1].order if self._heard else 0.0
+
+    def order(self, end: float) -> float:
+        """Probability that what was said until then, within two seconds, was an order to stop and nothing else.
+
+        Args:
+            end: When it ended [s]; the probability is known 0.1 s after that.
+        """
+        settled = [each.order for time, each in tuple(self._heard) if _SETTLED <= time - end <= _FORGOTTEN]
+        return max(settled, default=0.0)
+
+    def _is_likely(self, time: float) -> bool:
+        recent = [each for heard, each in tuple(self._heard) if heard >= time - _WORD_LENGTH]
+        return any(max(each.stop, each.relative) >= _WITH_TEXT for each in recent)
+
+    def _is_far(self) -> bool:
+        return self._background.loudest(_WORD_LENGTH) - self._background.level < _LEAST_MARGIN
 
     def _is_new(self, time: float) -> bool:
         if self._told is not None and time - self._told < _REFRACTORY:
