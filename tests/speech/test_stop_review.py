@@ -31,25 +31,27 @@ def never() -> float:
     raise AssertionError("the rest of the sound is asked only where it can decide")
 
 
-@pytest.mark.parametrize(("heard", "confidence", "order", "lead", "is_order"), [
-    ("don't stop", 0.6, 0.98, 0.0, True),  # "no stop", misheard
-    ("don't stop", 0.6, 0.9, 0.0, False),
-    ("please don't stop", 0.6, 0.98, 0.0, False),
-    ("please talk", 0.3, 0.9, -2.0, True),
-    ("please talk", 0.3, 0.6, -0.4, True),
-    ("please talk", 0.3, 0.6, -2.0, False),
-    ("bring me a plate", 0.9, 0.9, 0.0, False),
-    ("bring me a plate", 0.9, 0.98, -2.0, True),
-    ("bring me a plate", 0.2, 0.2, 0.0, False),
-    ("", 0.0, 0.6, math.inf, True),
-    ("", 0.0, 0.1, math.inf, False),
-    ("please stop", 0.2, 0.6, -0.4, True),
+@pytest.mark.parametrize(("heard", "confidence", "spotted", "order", "lead", "is_order"), [
+    ("don't stop", 0.6, True, 0.98, 0.0, True),  # "no stop", misheard
+    ("don't stop", 0.6, True, 0.9, 0.0, False),
+    ("please don't stop", 0.6, True, 0.98, 0.0, False),
+    ("please talk", 0.3, True, 0.9, -2.0, True),
+    ("please talk", 0.3, False, 0.9, -2.0, False),
+    ("please talk", 0.3, False, 0.6, -0.4, True),
+    ("please talk", 0.3, True, 0.6, -2.0, False),
+    ("bring me a plate", 0.9, True, 0.9, 0.0, False),
+    ("bring me a plate", 0.9, True, 0.98, -2.0, True),
+    ("bring me a plate", 0.2, True, 0.2, 0.0, False),
+    ("", 0.0, True, 0.6, math.inf, True),
+    ("", 0.0, True, 0.1, math.inf, False),
+    ("", 0.0, False, 0.9, math.inf, False),
+    ("please stop", 0.2, True, 0.6, -0.4, True),
 ])  # fmt: skip
 def test_sound_and_text_decide_together(
-    heard: str, confidence: float, order: float, lead: float, is_order: bool
+    heard: str, confidence: float, spotted: bool, order: float, lead: float, is_order: bool
 ) -> None:
     recognition = Recognition(heard, confidence=confidence, in_domain=True)
-    result = overruled(recognition, Evidence(True, order, 1.0, lambda: lead), reads_as_stop)
+    result = overruled(recognition, Evidence(spotted, order, 1.0, lambda: lead), reads_as_stop)
     assert reads_as_stop(result.text) == is_order
     assert (result.text == heard) == (not is_order or reads_as_stop(heard))
     assert not is_order or result.confidence >= 0.5

@@ -8,7 +8,7 @@ from attune.speech.recogniser import Recognition
 from attune.speech.stop_words import is_negated
 
 _WORD = "stop"
-_DOUBT = 0.5
+_DOUBT = 0.8
 """Whoever speaks on for this long [s] without the text reading as a stop did not mean one."""
 _LONGEST = 2.2
 """An order to stop is no longer than this [s], and so slow only from slow speakers."""
@@ -142,8 +142,13 @@ def overruled(heard: Recognition, evidence: Evidence, is_stop: Callable[[str], b
 
 def _is_order(heard: Recognition, evidence: Evidence, is_stop: Callable[[str], bool]) -> bool:
     if is_negated(heard.text):
-        return len(heard.text.split()) <= _SHORT_NEGATION and evidence.order >= _SURE
+        return evidence.spotted and len(heard.text.split()) <= _SHORT_NEGATION and evidence.order >= _SURE
     is_doubtful = not heard.text or not heard.in_domain or heard.confidence < _DOUBTFUL_TEXT
     if not is_doubtful and not is_stop(heard.text):
-        return evidence.order >= _SURE
-    return evidence.order >= _LIKELY or (evidence.order >= _MAYBE and evidence.lead() >= _COMES_NEAR)
+        return evidence.spotted and evidence.order >= _SURE
+    if not heard.text:
+        # Any short sound may be an order if there is nothing to compare it with.
+        return evidence.spotted and evidence.order >= _MAYBE
+    if evidence.spotted and evidence.order >= _LIKELY:
+        return True
+    return evidence.order >= _MAYBE and evidence.lead() >= _COMES_NEAR
