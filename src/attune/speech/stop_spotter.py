@@ -8,11 +8,13 @@ from attune.speech.stop_network import StopNetwork, Verdict
 from attune.speech.stop_words import is_negated_after, stops_in
 
 _WORD = "stop"
-_ALONE = 0.7
+_ALONE = 0.6
 """Probability of "stop" from which it counts whatever the recogniser hears. It errs towards stopping. Chosen, as those
 below, on voices of development."""
 _WITH_TEXT = 0.3
 """The same where a partial result holds a stop word."""
+_AGAINST_TEXT = 0.97
+"""The same after a partial result that would negate it: "no" is easily taken for "don't"."""
 _CERTAIN = {"stop", "halt"}
 _STEADY = 3
 """Other stop words count once they stood in so many partial results in a row: they come and go in ordinary speech."""
@@ -58,7 +60,8 @@ class StopSpotter:
         if verdict is None:
             return ""
         self._heard.append((time, verdict))
-        if verdict.stop < _ALONE or not voiced or self._is_far() or is_negated_after(self._partial):
+        needed = _AGAINST_TEXT if is_negated_after(self._partial) else _ALONE
+        if verdict.stop < needed or not voiced or self._is_far():
             return ""
         return _WORD if self._is_new(time) else ""
 
