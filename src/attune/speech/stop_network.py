@@ -54,7 +54,7 @@ class Verdict:
 
 
 class StopNetwork:
-    """Follows one stream. Belongs to one thread at a time; takes about 1 % of one core."""
+    """Follows one stream. Belongs to one thread at a time; takes 1 to 3 % of one core."""
 
     def __init__(self) -> None:
         self._weights = _weights()
