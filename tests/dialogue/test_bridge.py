@@ -367,6 +367,25 @@ def test_outcomes_are_told_and_an_alternative_can_be_accepted() -> None:
     assert talk.commands[1].objects[0].color == "blue"
 
 
+def test_where_the_robot_could_not_see_is_told_with_what_was_not_found() -> None:
+    async def scenario(talk: Talk) -> None:
+        await talk.say("bring me the red cup", band="older")
+        talk.bus.publish(
+            OUTCOME,
+            m.CommandOutcome(
+                time=talk.clock.now(), command=talk.commands[0].id, kind="bring_me", status="failed", reason="not_found",
+                object=spec("cup", "red"), behind=m.ObjectSpec(type="milk", location="cabinet"),
+            ),
+        )  # fmt: skip
+        await talk.clock.sleep(0.1)
+
+    texts = [reply.text for reply in converse(scenario).replies]
+    assert texts[-2:] == [
+        "I could not see what is behind the milk in the cabinet.",
+        "I am sorry, I looked everywhere, but I cannot find the red cup.",
+    ]
+
+
 def test_done_is_told_with_the_object() -> None:
     async def scenario(talk: Talk) -> None:
         await talk.say("bring me the red cup", band="older")
