@@ -373,8 +373,8 @@ def test_where_the_robot_could_not_see_is_told_with_what_was_not_found() -> None
         talk.bus.publish(
             OUTCOME,
             m.CommandOutcome(
-                time=talk.clock.now(), command=talk.commands[0].id, kind="bring_me", status="failed", reason="not_found",
-                object=spec("cup", "red"), behind=m.ObjectSpec(type="milk", location="cabinet"),
+                time=talk.clock.now(), command=talk.commands[0].id, kind="bring_me", status="failed",
+                reason="not_found", object=spec("cup", "red"), behind=m.ObjectSpec(type="milk", location="cabinet"),
             ),
         )  # fmt: skip
         await talk.clock.sleep(0.1)
