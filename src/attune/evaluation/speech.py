@@ -92,7 +92,8 @@ class Condition:
         heard: One for each sample.
         seconds: Length of the sound.
         processor_seconds: What listening to it took.
-        finish_seconds: What each utterance's end took; the transcript is late by it.
+        finish_seconds: Processor time that each utterance's end took; the transcript is late by it, or by less if the
+            work was done in the pause.
     """
 
     snr: float | None
@@ -158,18 +159,29 @@ def evaluate_speech(
 
 
 class _Timed:
-    """A recogniser that notes how long the end of each utterance takes."""
+    """A recogniser that notes how much work the end of each utterance is."""
 
     def __init__(self, recogniser: Recogniser) -> None:
         self._recogniser = recogniser
         self.name = recogniser.name
-        self.start, self.accept, self.partial = recogniser.start, recogniser.accept, recogniser.partial
+        self.start, self.partial = recogniser.start, recogniser.partial
         self.finish_seconds: list[float] = []
+        self._pause_seconds = 0.0
+
+    def accept(self, samples: Samples) -> None:
+        self._pause_seconds = 0.0
+        self._recogniser.accept(samples)
+
+    def at_pause(self) -> str:
+        began = time.process_time()
+        text = self._recogniser.at_pause()
+        self._pause_seconds = time.process_time() - began
+        return text
 
     def finish(self) -> Recognition:
-        began = time.perf_counter()
+        began = time.process_time()
         recognition = self._recogniser.finish()
-        self.finish_seconds.append(time.perf_counter() - began)
+        self.finish_seconds.append(time.process_time() - began + self._pause_seconds)
         return recognition
 
 

@@ -26,10 +26,10 @@ class ChosenRecogniser:
 
 
 def choose_recogniser(config: SpeechConfig, sentences: Sequence[str]) -> ChosenRecogniser:
-    """The recogniser that the configuration asks for. `auto` takes Whisper when its weights are on this machine.
+    """The recogniser that the configuration asks for. `auto` takes Whisper when any of its weights are on this machine.
 
-    PocketSphinx takes about a second the first time, then 0.1 s. Whisper fetches its weights the first time (with
-    `whisper` only, never with `auto`), and then takes some seconds to load them.
+    The configured weights come first, then those of the installed package; only `whisper` fetches any. PocketSphinx
+    takes about a second the first time, then 0.1 s; Whisper takes a second for the packaged weights.
 
     Args:
         config: Names the recogniser, and Whisper's weights.
@@ -41,7 +41,7 @@ def choose_recogniser(config: SpeechConfig, sentences: Sequence[str]) -> ChosenR
         UnpronounceableWordError: A word of the sentences cannot be learned.
     """
     from attune.speech.whisper import WhisperRecogniser
-    from attune.speech.whisper_weights import cached_weights, fetch_weights, require_whisper
+    from attune.speech.whisper_weights import PACKAGED, cached_weights, fetch_weights, packaged_weights, require_whisper
 
     if config.asr == "whisper":
         require_whisper()
@@ -53,6 +53,7 @@ def choose_recogniser(config: SpeechConfig, sentences: Sequence[str]) -> ChosenR
         return ChosenRecogniser(SphinxRecogniser(sentences), "faster-whisper is not installed")
     if found := cached_weights(config.whisper_model):
         return ChosenRecogniser(WhisperRecogniser(found, sentences), "its weights are on this machine")
-    return ChosenRecogniser(
-        SphinxRecogniser(sentences), f"the weights of Whisper {config.whisper_model} are not on this machine"
-    )
+    absent = f"the weights of Whisper {config.whisper_model} are not on this machine"
+    if found := packaged_weights():
+        return ChosenRecogniser(WhisperRecogniser(found, sentences), f"{absent}, but those of {PACKAGED} are installed")
+    return ChosenRecogniser(SphinxRecogniser(sentences), f"{absent}, nor are those of {PACKAGED}")

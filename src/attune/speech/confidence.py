@@ -1,8 +1,9 @@
 """How far a reading can be trusted: whether it is of the domain at all, and whether it was heard right.
 
 Both are logistic regressions on about 400 readings of ten synthetic voices (espeak-ng, flite, Piper): whole sentences
-and short phrases, clean and with white and pink noise at 20 to 5 dB; half of them about other things than the domain.
-Only the weight of noise is half as large again, because what lowers the noise hides some of it.
+and short phrases, clean and with noise (PocketSphinx: white and pink at 20 to 5 dB; Whisper: pink at 20 and 10 dB);
+about half of them about other things than the domain. Only the weight of noise was set by hand, higher than it came
+out, because what lowers the noise hides some of it.
 """
 
 import math
@@ -30,9 +31,17 @@ takes as much from the doubtful sounds of speech as from the noise."""
 _BLOCK = SAMPLE_RATE // 50
 
 
+_WRITTEN_FIT, _TELLING_WORDS, _WRITTEN_DOMAIN = 1.925, 1.612, 3.66
+_WRITTEN_ACTED_ON, _WRITTEN_IN_DOMAIN = 0.6, -0.3
+_RIGHT_FIT, _RIGHT_TOKENS, _WRITTEN_RIGHT = 1.725, 2.735, 6.04
+_WRITTEN_SURE = 0.3
+_NOISY_UNDER, _NOISE = 35.0, 0.08
+"""Under this ratio [dB], each decibel takes so much from the evidence for a right reading."""
+
+
 @dataclass(frozen=True, slots=True)
 class Reading:
-    """What the recogniser knows about a reading.
+    """What PocketSphinx knows about a reading.
 
     Attributes:
         over_everyday: Score over that of everyday English, for each frame of speech (logarithm to the base 1.0001).
@@ -64,9 +73,47 @@ class Reading:
         """
         snr = min(self.snr - _SUPPRESSION, _BEST_SNR)
         right = _FIT * self.fit + _WEAKEST_WORD * self.weakest_word + _SNR * snr + _RIGHT
-        # Half the slope, so that what was heard badly is asked back rather than ignored.
-        logit = min(self.domain_evidence - _ACTED_ON, 0.5 * (right - _SURE)) + _ASK
-        return 1 / (1 + math.exp(-max(-50.0, logit)))
+        return _confidence(self.domain_evidence - _ACTED_ON, right - _SURE)
+
+
+@dataclass(frozen=True, slots=True)
+class WrittenReading:
+    """What is known about a reading of Whisper, which writes down whatever is said.
+
+    Attributes:
+        fit: Of the text; see `DomainFit.fit`.
+        telling_words: See `DomainFit.telling_words`.
+        tokens: Mean logarithm of a token's probability.
+        snr: Signal-to-noise ratio after suppression [dB].
+    """
+
+    fit: float
+    telling_words: float
+    tokens: float
+    snr: float
+
+    @property
+    def domain_evidence(self) -> float:
+        """For the domain against all other talk."""
+        return _WRITTEN_FIT * self.fit + _TELLING_WORDS * self.telling_words + _WRITTEN_DOMAIN
+
+    @property
+    def in_domain(self) -> bool:
+        """Whether it may be of the domain."""
+        return self.domain_evidence >= _WRITTEN_IN_DOMAIN
+
+    @property
+    def confidence(self) -> float:
+        """As that of a `Reading`."""
+        right = _RIGHT_FIT * self.fit + _RIGHT_TOKENS * self.tokens + _WRITTEN_RIGHT
+        right -= _NOISE * max(0.0, _NOISY_UNDER - self.snr)
+        return _confidence(self.domain_evidence - _WRITTEN_ACTED_ON, right - _WRITTEN_SURE)
+
+
+def _confidence(domain: float, right: float) -> float:
+    # Half the slope, so that what was heard badly is asked back rather than ignored.
+    logit = min(domain, 0.5 * right) + _ASK
+    return 1 / (1 + math.exp(-max(-50.0, min(50.0, logit))))
 
 
 def signal_to_noise(samples: Samples) -> float:

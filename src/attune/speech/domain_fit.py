@@ -3,12 +3,13 @@
 import math
 from collections.abc import Sequence
 
+from attune.speech.background import everyday_probability
 from attune.speech.language_model import END, START, LanguageModel
 
 _UNKNOWN = -5.0
 """Logarithm (base 10) of the probability that a word is one that the domain does not have."""
-IN_DOMAIN_FIT = -2.4
-"""Mean logarithm (base 10) of a word's probability under which a text is about something else; chosen on text."""
+_TELLING = 0.5
+"""Words that the domain has more often than everyday English by less than this (logarithm, base 10) tell nothing."""
 
 
 class DomainFit:
@@ -36,6 +37,14 @@ class DomainFit:
         ]
         return sum(logs) / len(logs)
 
-    def contains(self, text: str) -> bool:
-        """Whether a text may be of the domain."""
-        return bool(text) and self.fit(text) >= IN_DOMAIN_FIT
+    def log_probability(self, text: str) -> float:
+        """Of the whole text (natural logarithm)."""
+        return self.fit(text) * (len(text.split()) + 1) * math.log(10)
+
+    def telling_words(self, text: str) -> float:
+        """How many words are said to the robot rather than in everyday English, each weighted by its lead (base 10)."""
+        return sum(
+            max(0.0, math.log10(self._model.probability(word)) - everyday_probability(word) - _TELLING)
+            for word in text.split()
+            if word in self._known
+        )

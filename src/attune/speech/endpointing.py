@@ -51,6 +51,17 @@ class SpeechBegan:
 
 
 @dataclass(frozen=True, slots=True)
+class SpeechPauses:
+    """An utterance pauses; it may have ended.
+
+    Attributes:
+        time: Of the newest frame [s].
+    """
+
+    time: float
+
+
+@dataclass(frozen=True, slots=True)
 class SpeechEnded:
     """An utterance has ended.
 
@@ -114,6 +125,11 @@ class Endpointer:
         return self.active and self._now - self._end >= _TRAILING
 
     @property
+    def noise_so_far(self) -> bool:
+        """Whether there was too little voice in this utterance for anybody to have spoken."""
+        return self._voiced < _SHORTEST_SPEECH
+
+    @property
     def heard_voice(self) -> bool:
         """Whether there was any voice within the length of a word."""
         return self._now - self._voice_at < _WORD
@@ -159,7 +175,7 @@ class Endpointer:
             return None
         self.active = False
         self._voiced_in_a_row = self._nearer_in_a_row = 0
-        is_noise = self._voiced < _SHORTEST_SPEECH
+        is_noise = self.noise_so_far
         if not is_noise:
             self._pauses.append(self._pause)
         return SpeechEnded(self._start, self._end, is_noise=is_noise)

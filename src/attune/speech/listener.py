@@ -17,7 +17,7 @@ from attune.speech.age.estimator import AgeEstimator
 from attune.speech.age.tracker import AgeTracker
 from attune.speech.audio import AudioSource, Frame
 from attune.speech.choice import choose_recogniser
-from attune.speech.endpointing import Endpointer, SpeechBegan, SpeechEnded
+from attune.speech.endpointing import Endpointer, SpeechBegan, SpeechEnded, SpeechPauses
 from attune.speech.levels import LevelMonitor, Problem, advice
 from attune.speech.recogniser import Recogniser, Recognition
 from attune.speech.stop_judge import StopJudge
@@ -38,7 +38,7 @@ class _Over:
     order: float
 
 
-_Heard = Frame | SpeechBegan | _Over
+_Heard = Frame | SpeechBegan | SpeechPauses | _Over
 
 
 @dataclass(frozen=True, slots=True)
@@ -147,15 +147,8 @@ class Listener:
                     self._bus.publish(SPEECH_ACTIVITY, SpeechActivity(time=self._clock.now(), speaking=was_speaking))
                 for change in changes:
                     send.send_nowait(self._with_order(ears, change))
-                if changes:
-                    pause.clear()
-                elif ears.endpointer.pausing:
-                    # The background of a pause is not to be taken for words, unless somebody speaks on after it.
-                    pause.append(frame)
-                elif ears.endpointer.active:
-                    for kept in (*pause, frame):
-                        send.send_nowait(kept)
-                    pause.clear()
+                for heard in _for_recogniser(ears.endpointer, frame, pause, began_or_ended=bool(changes)):
+                    send.send_nowait(heard)
             if (ended := ears.endpointer.finish()) is not None:
                 send.send_nowait(self._with_order(ears, ended))
         if was_speaking:
@@ -178,13 +171,17 @@ class Listener:
                     await self._finish(ears, heard, utterance)
                     utterance = []
                     continue
-                if isinstance(heard, SpeechBegan):
-                    recogniser.start()
-                frames = heard.frames if isinstance(heard, SpeechBegan) else (heard,)
-                utterance.extend(frames)
-                self._partial = await self._clock.run_in_thread(lambda frames=frames: accept(frames))  # type: ignore[misc]
-                if stop_word := ears.spotter.accept_partial(self._partial, frames[-1].end):
-                    self._tell_stop(stop_word, frames[-1].end)
+                if isinstance(heard, SpeechPauses):
+                    self._partial, time = await self._clock.run_in_thread(recogniser.at_pause), heard.time
+                else:
+                    if isinstance(heard, SpeechBegan):
+                        recogniser.start()
+                    frames = heard.frames if isinstance(heard, SpeechBegan) else (heard,)
+                    utterance.extend(frames)
+                    self._partial = await self._clock.run_in_thread(lambda frames=frames: accept(frames))  # type: ignore[misc]
+                    time = frames[-1].end
+                if stop_word := ears.spotter.accept_partial(self._partial, time):
+                    self._tell_stop(stop_word, time)
 
     async def _finish(self, ears: _Ears, over: _Over, frames: Sequence[Frame]) -> None:
         ended = over.ended
@@ -241,3 +238,22 @@ class Listener:
     def _warn(self, problem: Problem) -> None:
         data = {"microphone": problem}
         self._bus.publish(EVENT, Event(time=self._clock.now(), kind="warning", text=advice(problem), data=data))
+
+
+def _for_recogniser(
+    endpointer: Endpointer, frame: Frame, pause: list[Frame], *, began_or_ended: bool
+) -> tuple[Frame | SpeechPauses, ...]:
+    """What the recogniser hears of a frame; `pause` holds what it has not heard of the pause that is going on.
+
+    The background of a pause is not to be taken for words, unless somebody speaks on after it.
+    """
+    if began_or_ended:
+        pause.clear()
+        return ()
+    if endpointer.pausing:
+        begins = not pause and not endpointer.noise_so_far
+        pause.append(frame)
+        return (SpeechPauses(frame.end),) if begins else ()
+    kept = (*pause, frame) if endpointer.active else ()
+    pause.clear()
+    return kept

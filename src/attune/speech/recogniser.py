@@ -71,6 +71,10 @@ class Recogniser(Protocol):
         """What has been understood so far; may change with the next samples."""
         ...
 
+    def at_pause(self) -> str:
+        """The same, now that the person pauses and may have ended: worth more time than `partial`."""
+        ...
+
     def finish(self) -> Recognition:
         """End the utterance."""
         ...

@@ -109,6 +109,10 @@ class SphinxRecogniser:
         hypothesis = self._domain.hyp()
         return hypothesis.hypstr if hypothesis else ""
 
+    def at_pause(self) -> str:
+        """What has been understood so far."""
+        return self.partial()
+
     def finish(self) -> Recognition:
         """End the utterance: about 60 ms."""
         if not self._knows_channel:

@@ -1,45 +1,53 @@
-"""Recognition with Whisper through faster-whisper (CTranslate2): knows all of English, needs weights and more power."""
+"""Recognition with Whisper, which knows all of English.
 
-import math
+Its best hypotheses are ranked by their own probability and by that of a language model of the domain together.
+"""
+
 import re
-import time
 from collections import Counter
 from collections.abc import Sequence
+from dataclasses import dataclass, replace
 from pathlib import Path
-from typing import Any
 
 import numpy as np
-from numpy.typing import NDArray
 
-from attune.speech.age.features import log_mel
 from attune.speech.audio import SAMPLE_RATE, Samples
+from attune.speech.confidence import WrittenReading, signal_to_noise
 from attune.speech.domain_fit import DomainFit
 from attune.speech.recogniser import RecognisedWord, Recognition
+from attune.speech.whisper_model import WINDOW, Encoded, Hypothesis, WhisperModel
 from attune.speech.whisper_weights import require_whisper
 
-_WINDOW = 30.0
-"""Whisper sees so much sound at once [s]."""
 _BEAM = 5
+_DOMAIN_WEIGHT = 0.25
+"""Of the domain's language model against Whisper's own; more helps poor voices and harms good ones."""
 _HOT_WORDS = 60
 _SHORTEST_HOT_WORD = 3
-_MOST_TOKENS = 120
-"""Nobody says more in 30 s."""
-_LEAST_NEW_SOUND = 0.6
-"""A partial result is made again after at least so much new sound [s] ..."""
-_PARTIAL_SHARE = 3.0
-"""... and after so many times what a partial result takes to compute."""
-_SILENT = 0.6
+_NEW_SOUND = 0.5
+"""A partial result is made again after so much new sound [s] ..."""
+_EARLY = 2.2
+"""... and, on a processor, only until then [s]: short orders are heard at once, what is longer at its pauses."""
+_NOBODY = 0.6
 """Probability of no speech from which on nothing was said."""
+_REPEATS, _REPEATS_WORD = 4, 6
+"""So many times in a row a decoder repeats itself: several words, one word ("stop stop stop" is none)."""
+_LONGEST_REPEATED = 8
 _NUMBERS = ("zero", "one", "two", "three", "four", "five", "six", "seven", "eight", "nine", "ten", "eleven", "twelve")
 _NO_WORD = re.compile(r"[^\w' ]+")
 _BRACKETED = re.compile(r"\[[^\]]*\]|\([^)]*\)")
 
 
-class WhisperRecogniser:
-    """Whisper. It decodes whole utterances; for partial results it decodes what there is so far.
+@dataclass(frozen=True, slots=True)
+class _Read:
+    """A reading of up to 30 s of sound, and what it was read from."""
 
-    Words of the domain are given to it as hot words, which it then prefers; sentences that are unlike the domain's are
-    marked, by their text.
+    recognition: Recognition
+    best: Hypothesis
+    encoded: Encoded
+
+
+class WhisperRecogniser:
+    """Whisper. It reads an utterance when the person pauses, so that the text is there when the utterance ends.
 
     Args:
         weights: Folder of converted weights; see `whisper_weights`.
@@ -52,149 +60,142 @@ class WhisperRecogniser:
 
     def __init__(self, weights: Path, sentences: Sequence[str], threads: int = 0) -> None:
         require_whisper()
-        import ctranslate2
-        from faster_whisper import WhisperModel
-        from faster_whisper.tokenizer import Tokenizer
-
-        self._device = "cuda" if ctranslate2.get_cuda_device_count() else "cpu"
         self._weights = weights
-        self._model = WhisperModel(
-            str(weights),
-            device=self._device,
-            compute_type="float16" if self._device == "cuda" else "int8",
-            cpu_threads=threads,
-        )
-        self._tokenizer = Tokenizer(
-            self._model.hf_tokenizer, self._model.model.is_multilingual, task="transcribe", language="en"
-        )
+        self._model = WhisperModel(weights, threads)
+        self._on_gpu = self._model.device == "cuda"
         self._domain = DomainFit(sentences)
         self.hot_words = hot_words(sentences)
-        """Words that it prefers."""
-        self._prompt = self._model.get_prompt(
-            self._tokenizer, [], without_timestamps=True, hotwords=" ".join(self.hot_words) or None
-        )
+        """Words that a graphics card, which hears the whole window, prefers. In a short one they are repeated."""
         self._sound: list[Samples] = []
-        self._seconds = 0.0
+        self._seconds = self._partial_until = 0.0
         self._partial = ""
-        self._decoded_until = 0.0
-        # How fast this machine is, and the first decoding, which is slower, is behind us.
-        began = time.perf_counter()
-        self._decode(self._features(np.zeros(SAMPLE_RATE, np.float32)), beam=1)
-        self._pace = max(_LEAST_NEW_SOUND, _PARTIAL_SHARE * (time.perf_counter() - began))
+        self._read: list[_Read] | None = None
+        # The first decoding, which is slower, is behind us.
+        self._decode(np.zeros(SAMPLE_RATE, np.float32), beam=1)
 
     @property
     def name(self) -> str:
         """Whisper with its weights and device."""
-        kind = "float16 on the graphics card" if self._device == "cuda" else "int8 on the processor"
+        kind = "float16 on the graphics card" if self._on_gpu else "int8 on the processor"
         return f"Whisper ({_name_of(self._weights)}), {kind}"
 
     def start(self) -> None:
         """Begin an utterance."""
         self._sound = []
-        self._seconds = self._decoded_until = 0.0
+        self._seconds = self._partial_until = 0.0
         self._partial = ""
+        self._read = None
 
     def accept(self, samples: Samples) -> None:
-        """Take the next samples, 16 kHz mono. Costs nothing; the work is in `partial` and `finish`."""
+        """Take the next samples, 16 kHz mono. Costs nothing; the work is in the other methods."""
         self._sound.append(samples)
         self._seconds += len(samples) / SAMPLE_RATE
+        self._read = None
 
     def partial(self) -> str:
-        """What has been understood so far. Decodes again only after enough new sound, so it lags behind."""
-        if self._seconds - self._decoded_until >= self._pace:
-            self._decoded_until = self._seconds
-            hypotheses, _, no_speech = self._decode(
-                self._features(self._heard()[-int(_WINDOW * SAMPLE_RATE) :]), beam=1
-            )
-            self._partial = plain(self._tokenizer.decode(hypotheses[0][0])) if no_speech < _SILENT else ""
+        """What has been understood so far. It lags behind, and is not made again while somebody talks for long."""
+        due = self._seconds - self._partial_until >= _NEW_SOUND and (self._on_gpu or self._seconds <= _EARLY)
+        if due and self._read is None:
+            self._partial_until = self._seconds
+            sound = self._heard()[-int(WINDOW * SAMPLE_RATE) :]
+            [best], _, nobody = self._decode(sound, beam=1)
+            self._partial = plain(self._model.text(best.tokens)) if nobody < _NOBODY else ""
+        return self._partial
+
+    def at_pause(self) -> str:
+        """The text if the utterance ends here, some 0.1 s of work, which `finish` need not do again."""
+        self._partial_until = self._seconds
+        self._partial = " ".join(part.recognition.text for part in self._reading() if part.recognition.text)
         return self._partial
 
     def finish(self) -> Recognition:
-        """End the utterance: one decoding for each 30 s."""
-        sound = self._heard()
-        size = int(_WINDOW * SAMPLE_RATE)
-        parts = [
-            self._recognise(sound[start : start + size], start / SAMPLE_RATE)
-            for start in range(0, max(len(sound), 1), size)
-        ]
+        """End the utterance."""
+        read = self._reading()
         self.start()
-        said = [part for part in parts if part.text]
+        said = [(part, index * WINDOW) for index, part in enumerate(read) if part.recognition.text]
         if not said:
             return Recognition()
-        text = " ".join(part.text for part in said)
+        words = tuple(word for part, offset in said for word in self._words(part, offset))
+        if len(said) == 1:
+            only = said[0][0].recognition
+            return replace(only, words=words, log_mel=only.log_mel if len(read) == 1 else None)
         return Recognition(
-            text=text,
-            alternatives=said[0].alternatives if len(said) == 1 else (),
-            confidence=min(part.confidence for part in said),
-            in_domain=self._domain.contains(text),
-            words=tuple(word for part in said for word in part.words),
-            log_mel=parts[0].log_mel if len(parts) == 1 else None,
+            text=" ".join(part.recognition.text for part, _ in said),
+            confidence=min(part.recognition.confidence for part, _ in said),
+            in_domain=all(part.recognition.in_domain for part, _ in said),
+            words=words,
         )
 
     def _heard(self) -> Samples:
         return np.concatenate(self._sound) if self._sound else np.zeros(0, np.float32)
 
-    def _recognise(self, sound: Samples, offset: float) -> Recognition:
-        if len(sound) == 0:
-            return Recognition()
-        features = self._features(sound)
-        hypotheses, encoded, no_speech = self._decode(features, beam=_BEAM)
-        tokens, probability = hypotheses[0]
-        text = plain(self._tokenizer.decode(tokens))
-        if no_speech >= _SILENT or not text:
-            return Recognition()
-        readings = dict.fromkeys(plain(self._tokenizer.decode(other)) for other, _ in hypotheses[1:])
-        return Recognition(
+    def _reading(self) -> list[_Read]:
+        """Of each 30 s."""
+        if self._read is None:
+            sound, size = self._heard(), int(WINDOW * SAMPLE_RATE)
+            self._read = [self._read_part(sound[start : start + size]) for start in range(0, len(sound), size)]
+        return self._read
+
+    def _read_part(self, sound: Samples) -> _Read:
+        hypotheses, encoded, nobody = self._decode(sound, beam=_BEAM)
+        if repeats(plain(self._model.text(hypotheses[0].tokens))):
+            hypotheses, encoded, nobody = self._decode(sound, beam=_BEAM, whole_window=True)
+        readings: dict[str, Hypothesis] = {}
+        for hypothesis in hypotheses:
+            readings.setdefault(plain(self._model.text(hypothesis.tokens)), hypothesis)
+        ranked = sorted(filter(None, readings), key=lambda text: self._score(text, readings[text]), reverse=True)
+        if nobody >= _NOBODY or not ranked:
+            return _Read(Recognition(), hypotheses[0], encoded)
+        text, *others = ranked
+        best = readings[text]
+        reading = WrittenReading(
+            fit=self._domain.fit(text),
+            telling_words=self._domain.telling_words(text),
+            tokens=best.mean_log_probability,
+            snr=signal_to_noise(sound),
+        )
+        recognition = Recognition(
             text=text,
-            alternatives=tuple(reading for reading in readings if reading not in {"", text}),
-            confidence=probability * (1 - no_speech),
-            words=self._words(tokens, encoded, len(sound), offset),
-            log_mel=features,
+            alternatives=tuple(others),
+            confidence=reading.confidence,
+            in_domain=reading.in_domain,
+            log_mel=encoded.features,
         )
+        return _Read(recognition, best, encoded)
 
-    def _features(self, sound: Samples) -> NDArray[np.float32]:
-        # Ours instead of faster-whisper's: the same values, and an age model can take them as they are.
-        return log_mel(sound, bands=self._model.model.n_mels)
+    def _score(self, text: str, hypothesis: Hypothesis) -> float:
+        return hypothesis.log_probability + _DOMAIN_WEIGHT * self._domain.log_probability(text)
 
-    def _decode(self, features: NDArray[np.float32], beam: int) -> tuple[list[tuple[list[int], float]], Any, float]:
-        """Token sequences with the mean probability of a token, best first; the encoded sound; chance of no speech."""
-        from faster_whisper.audio import pad_or_trim
+    def _decode(
+        self, sound: Samples, *, beam: int, whole_window: bool = False
+    ) -> tuple[list[Hypothesis], Encoded, float]:
+        encoded = self._model.encode(self._model.features(sound), whole_window=whole_window)
+        hypotheses, nobody = self._model.decode(encoded, beam=beam, hot_words=self.hot_words if self._on_gpu else ())
+        return hypotheses, encoded, nobody
 
-        encoded = self._model.encode(pad_or_trim(features))
-        [result] = self._model.model.generate(
-            encoded,
-            [self._prompt],
-            beam_size=beam,
-            num_hypotheses=beam,
-            max_length=len(self._prompt) + _MOST_TOKENS,
-            return_scores=True,
-            return_no_speech_prob=True,
-        )
-        # The score is divided by the length without the end token.
-        found = [
-            (list(tokens), math.exp(min(0.0, score * len(tokens) / (len(tokens) + 1))))
-            for tokens, score in zip(result.sequences_ids, result.scores, strict=True)
-        ]
-        return found, encoded, float(result.no_speech_prob)
-
-    def _words(self, tokens: list[int], encoded: Any, samples: int, offset: float) -> tuple[RecognisedWord, ...]:
-        text_tokens = [token for token in tokens if token < self._tokenizer.eot]
-        [aligned] = self._model.find_alignment(
-            self._tokenizer, [text_tokens], encoded, samples // self._model.feature_extractor.hop_length
-        ) or [[]]
-        length = samples / SAMPLE_RATE
+    def _words(self, part: _Read, offset: float) -> list[RecognisedWord]:
         words = []
-        for word in aligned:
-            if text := plain(word["word"]):
-                start, end = (min(float(word[key]), length) + offset for key in ("start", "end"))
-                words.append(RecognisedWord(text, start, max(start, end), float(word["probability"])))
-        return tuple(words)
+        for written, start, end, probability in self._model.words(part.best.tokens, part.encoded):
+            if text := plain(written):
+                first, last = (min(time, part.encoded.seconds) + offset for time in (start, end))
+                words.append(RecognisedWord(text, first, max(first, last), probability))
+        return words
 
 
 def hot_words(sentences: Sequence[str]) -> tuple[str, ...]:
     """The longer words that occur most often in the domain: things, colours, places and verbs."""
     counts = Counter(word for sentence in sentences for word in sentence.split() if len(word) > _SHORTEST_HOT_WORD)
     return tuple(word for word, _ in counts.most_common(_HOT_WORDS))
+
+
+def repeats(text: str) -> bool:
+    """Whether a text ends in the same words again and again."""
+    words = text.split()
+    return any(
+        len(words) >= length * times and words[-length * times :] == words[-length:] * times
+        for length in range(1, _LONGEST_REPEATED + 1)
+        for times in [_REPEATS_WORD if length == 1 else _REPEATS]
+    )
 
 
 def plain(text: str) -> str:
@@ -206,6 +207,10 @@ def plain(text: str) -> str:
 
 
 def _name_of(weights: Path) -> str:
+    from attune.speech.whisper_weights import PACKAGED, packaged_weights
+
     # The hub keeps snapshots as models--OWNER--NAME/snapshots/REVISION.
     parent = weights.parent.parent.name
-    return parent.rpartition("--")[2] if parent.startswith("models--") else weights.name
+    if parent.startswith("models--"):
+        return parent.rpartition("--")[2]
+    return PACKAGED if weights == packaged_weights() else weights.name
