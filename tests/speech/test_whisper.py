@@ -174,6 +174,7 @@ def test_talk_about_something_else_is_told_from_the_domain_by_its_words() -> Non
 
 @pytest.mark.parametrize(("written", "said"), [
     (" Bring me 2 cups, please!", "bring me two cups please"),
+    ("I'm 75, not 40.", "i'm seventy five not forty"),
     ("I\N{RIGHT SINGLE QUOTATION MARK}d like the coffee-mug.", "i'd like the coffee mug"),
     ("[MUSIC] (laughs) Stop.", "stop"),
     ("'cause I said 'stop'", "cause i said stop"),

@@ -32,7 +32,9 @@ _NOBODY = 0.6
 _REPEATS, _REPEATS_WORD = 4, 6
 """So many times in a row a decoder repeats itself: several words, one word ("stop stop stop" is none)."""
 _LONGEST_REPEATED = 8
-_NUMBERS = ("zero", "one", "two", "three", "four", "five", "six", "seven", "eight", "nine", "ten", "eleven", "twelve")
+_NUMBERS = ("zero", "one", "two", "three", "four", "five", "six", "seven", "eight", "nine", "ten", "eleven", "twelve",
+            "thirteen", "fourteen", "fifteen", "sixteen", "seventeen", "eighteen", "nineteen")  # fmt: skip
+_TENS = ("twenty", "thirty", "forty", "fifty", "sixty", "seventy", "eighty", "ninety")
 _NO_WORD = re.compile(r"[^\w' ]+")
 _BRACKETED = re.compile(r"\[[^\]]*\]|\([^)]*\)")
 
@@ -199,11 +201,21 @@ def repeats(text: str) -> bool:
 
 
 def plain(text: str) -> str:
-    """A transcript as the other recognisers give it: lower case, no punctuation, small numbers as words."""
+    """A transcript as the other recognisers give it: lower case, no punctuation, numbers under a hundred as words."""
     text = _BRACKETED.sub(" ", text.lower().replace("\N{RIGHT SINGLE QUOTATION MARK}", "'")).replace("-", " ")
     words = (word.strip("'") for word in _NO_WORD.sub(" ", text).split())
-    spoken = (_NUMBERS[int(word)] if word.isdecimal() and int(word) < len(_NUMBERS) else word for word in words)
-    return " ".join(filter(None, spoken))
+    return " ".join(filter(None, (_spoken(word) for word in words)))
+
+
+def _spoken(word: str) -> str:
+    """A number as people say it; anything else as it is."""
+    if not word.isdecimal() or int(word) >= 100:
+        return word
+    number = int(word)
+    if number < len(_NUMBERS):
+        return _NUMBERS[number]
+    tens, ones = _TENS[number // 10 - 2], number % 10
+    return f"{tens} {_NUMBERS[ones]}" if ones else tens
 
 
 def _name_of(weights: Path) -> str:
