@@ -211,7 +211,7 @@ def test_auto_takes_whisper_when_its_weights_are_here_and_says_why(weights: Path
     assert isinstance(taken.recogniser, WhisperRecogniser)
     assert "its weights are on this machine" in str(taken)
     packaged = choose_recogniser(SpeechConfig(whisper_model=str(tmp_path / "none")), SENTENCES)
-    assert packaged.recogniser.name == "Whisper (tiny.en), int8 on the processor"
+    assert packaged.recogniser.name.startswith("Whisper (tiny.en), int8 on the processor, beside PocketSphinx")
     assert "those of tiny.en are installed" in packaged.reason
     assert isinstance(choose_recogniser(SpeechConfig(asr="sphinx"), SENTENCES).recogniser, SphinxRecogniser)
     with pytest.raises(WhisperWeightsError):

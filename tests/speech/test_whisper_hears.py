@@ -1,4 +1,4 @@
-"""Whisper with the real weights of the package (tiny.en) on synthetic speech and on other sounds."""
+"""What listens by default, Whisper with the package's real weights beside PocketSphinx, on speech and other sounds."""
 
 import numpy as np
 import pytest
@@ -11,20 +11,20 @@ from attune.core.scene import load_scene
 from attune.dialogue.corpus import domain_sentences
 from attune.evaluation.speakers import noise, people
 from attune.speech.audio import ArraySource, Samples
+from attune.speech.choice import choose_recogniser
 from attune.speech.listener import Listener
-from attune.speech.recogniser import Recognition
+from attune.speech.recogniser import Recogniser, Recognition
 from attune.speech.whisper import WhisperRecogniser, repeats
-from attune.speech.whisper_weights import packaged_weights
 
 ERIK = people()[4]
 ACTED_ON = 0.3
 
 
 @pytest.fixture(scope="module")
-def whisper() -> WhisperRecogniser:
-    weights = packaged_weights()
-    assert weights is not None
-    return WhisperRecogniser(weights, domain_sentences(load_scene()), threads=1)
+def whisper() -> Recogniser:
+    chosen = choose_recogniser(SpeechConfig(), domain_sentences(load_scene()))
+    assert isinstance(chosen.recogniser, WhisperRecogniser)
+    return chosen.recogniser
 
 
 def in_quiet(*sounds: Samples | float) -> Samples:
@@ -33,14 +33,14 @@ def in_quiet(*sounds: Samples | float) -> Samples:
     return np.asarray(samples + noise(len(samples), -65, np.random.default_rng(0)), dtype=np.float32)
 
 
-def read(whisper: WhisperRecogniser, sound: Samples) -> Recognition:
+def read(whisper: Recogniser, sound: Samples) -> Recognition:
     whisper.start()
     whisper.accept(sound)
     return whisper.finish()
 
 
 @pytest.mark.parametrize("said", ["bring me a cup", "stop", "please put the blue plate on the table"])
-def test_orders_are_understood_and_not_repeated(said: str, whisper: WhisperRecogniser) -> None:
+def test_orders_are_understood_and_not_repeated(said: str, whisper: Recogniser) -> None:
     heard = read(whisper, in_quiet(0.3, ERIK.say(said), 0.4))
     assert heard.text == said
     assert heard.in_domain
@@ -48,13 +48,13 @@ def test_orders_are_understood_and_not_repeated(said: str, whisper: WhisperRecog
     assert " ".join(word.text for word in heard.words) == said
 
 
-def test_other_talk_is_understood_but_not_acted_on(whisper: WhisperRecogniser) -> None:
+def test_other_talk_is_understood_but_not_acted_on(whisper: Recogniser) -> None:
     heard = read(whisper, in_quiet(0.3, ERIK.say("the football match last night was wonderful"), 0.4))
     assert heard.text.endswith("was wonderful")
     assert not heard.in_domain or heard.confidence < ACTED_ON
 
 
-def test_sounds_that_are_no_speech_are_not_acted_on(whisper: WhisperRecogniser) -> None:
+def test_sounds_that_are_no_speech_are_not_acted_on(whisper: Recogniser) -> None:
     rng = np.random.default_rng(3)
     times = np.arange(16000) / 16000
     clatter = (0.3 * np.sin(2 * np.pi * 3000 * times) * np.exp(-20 * times)).astype(np.float32)
@@ -64,7 +64,7 @@ def test_sounds_that_are_no_speech_are_not_acted_on(whisper: WhisperRecogniser) 
         assert not heard.in_domain or heard.confidence < ACTED_ON, heard.text
 
 
-def test_who_goes_on_after_a_pause_is_read_to_the_end(whisper: WhisperRecogniser) -> None:
+def test_who_goes_on_after_a_pause_is_read_to_the_end(whisper: Recogniser) -> None:
     clock, bus = VirtualClock(), Bus()
     heard: list[Utterance] = []
     bus.on(UTTERANCE, heard.append)

@@ -55,5 +55,6 @@ def choose_recogniser(config: SpeechConfig, sentences: Sequence[str]) -> ChosenR
         return ChosenRecogniser(WhisperRecogniser(found, sentences), "its weights are on this machine")
     absent = f"the weights of Whisper {config.whisper_model} are not on this machine"
     if found := packaged_weights():
-        return ChosenRecogniser(WhisperRecogniser(found, sentences), f"{absent}, but those of {PACKAGED} are installed")
+        whisper = WhisperRecogniser(found, sentences, SphinxRecogniser(sentences, judges=False))
+        return ChosenRecogniser(whisper, f"{absent}, but those of {PACKAGED} are installed")
     return ChosenRecogniser(SphinxRecogniser(sentences), f"{absent}, nor are those of {PACKAGED}")

@@ -2,8 +2,8 @@
 
 Both are logistic regressions on about 400 readings of ten synthetic voices (espeak-ng, flite, Piper): whole sentences
 and short phrases, clean and with noise (PocketSphinx: white and pink at 20 to 5 dB; Whisper: pink at 20 and 10 dB);
-about half of them about other things than the domain. Only the weight of noise was set by hand, higher than it came
-out, because what lowers the noise hides some of it.
+about half of them about other things than the domain. Only PocketSphinx's weight of noise was set by hand, higher than
+it came out, because what lowers the noise hides some of it.
 """
 
 import math
@@ -31,12 +31,11 @@ takes as much from the doubtful sounds of speech as from the noise."""
 _BLOCK = SAMPLE_RATE // 50
 
 
-_WRITTEN_FIT, _TELLING_WORDS, _WRITTEN_DOMAIN = 1.925, 1.612, 3.66
-_WRITTEN_ACTED_ON, _WRITTEN_IN_DOMAIN = 0.6, -0.3
-_RIGHT_FIT, _RIGHT_TOKENS, _WRITTEN_RIGHT = 1.725, 2.735, 6.04
-_WRITTEN_SURE = 0.3
-_NOISY_UNDER, _NOISE = 35.0, 0.08
-"""Under this ratio [dB], each decibel takes so much from the evidence for a right reading."""
+_WRITTEN_FIT, _TELLING_WORDS, _WRITTEN_DOMAIN = 2.28, 1.87, 3.93
+_WRITTEN_ACTED_ON, _WRITTEN_IN_DOMAIN = 0.5, -0.4
+_RIGHT_FIT, _RIGHT_TOKENS, _AGREEMENT, _WRITTEN_SNR, _WRITTEN_RIGHT = 2.3, 0.756, 1.18, 0.051, 5.07
+_WRITTEN_SURE = 0.7
+_WRITTEN_BEST_SNR = 45.0
 
 
 @dataclass(frozen=True, slots=True)
@@ -78,18 +77,20 @@ class Reading:
 
 @dataclass(frozen=True, slots=True)
 class WrittenReading:
-    """What is known about a reading of Whisper, which writes down whatever is said.
+    """What is known about a reading that Whisper has scored, which knows all of English.
 
     Attributes:
         fit: Of the text; see `DomainFit.fit`.
         telling_words: See `DomainFit.telling_words`.
         tokens: Mean logarithm of a token's probability.
+        agreed: 1 if both recognisers have found the same, 0 if not, 0.5 if only one listens.
         snr: Signal-to-noise ratio after suppression [dB].
     """
 
     fit: float
     telling_words: float
     tokens: float
+    agreed: float
     snr: float
 
     @property
@@ -105,8 +106,8 @@ class WrittenReading:
     @property
     def confidence(self) -> float:
         """As that of a `Reading`."""
-        right = _RIGHT_FIT * self.fit + _RIGHT_TOKENS * self.tokens + _WRITTEN_RIGHT
-        right -= _NOISE * max(0.0, _NOISY_UNDER - self.snr)
+        right = _RIGHT_FIT * self.fit + _RIGHT_TOKENS * self.tokens + _AGREEMENT * self.agreed + _WRITTEN_RIGHT
+        right += _WRITTEN_SNR * min(self.snr, _WRITTEN_BEST_SNR)
         return _confidence(self.domain_evidence - _WRITTEN_ACTED_ON, right - _WRITTEN_SURE)
 
 

@@ -58,12 +58,14 @@ class SphinxRecogniser:
     Args:
         sentences: What people may say: lower case, no punctuation. Their words are all it can hear.
         cache: Folder for built models; None is the user's cache.
+        judges: Whether it tells talk of the domain from other talk. If another recogniser does that, the model of
+            everyday English need not run.
 
     Raises:
         UnpronounceableWordError: A word cannot be learned, so it would be dropped in silence.
     """
 
-    def __init__(self, sentences: Sequence[str], cache: Path | None = None) -> None:
+    def __init__(self, sentences: Sequence[str], cache: Path | None = None, *, judges: bool = True) -> None:
         import pocketsphinx
 
         folder = _build(sentences, cache or Path(platformdirs.user_cache_dir("attune")) / "speech")
@@ -74,9 +76,9 @@ class SphinxRecogniser:
         self._everyday = pocketsphinx.Decoder(
             lm=str(models / "en-us.lm.bin"), dict=str(folder / "everyday.dict"), fwdflat=False, bestpath=False,
             maxhmmpf=3000, beam=1e-30, pbeam=1e-30, wbeam=1e-20, **common,
-        )  # fmt: skip
+        ) if judges else None  # fmt: skip
         self._fit = DomainFit(sentences)
-        self._decoders = (self._domain, self._everyday)
+        self._decoders = (self._domain, self._everyday) if self._everyday else (self._domain,)
         self._heard: list[bytes] = []
         self._mean = self._begun_with = np.array(_USUAL_MEAN)
         self._knows_channel = False
@@ -165,7 +167,7 @@ class SphinxRecogniser:
 
     def _reading(self, hypothesis: Any, words: Sequence[RecognisedWord]) -> Reading:
         frames = sum(word.end - word.start for word in words) * _FRAMES_PER_SECOND
-        everyday = self._everyday.hyp()
+        everyday = self._everyday.hyp() if self._everyday else None
         # Everyday English may find no words at all in a single short sound.
         lead = _log(hypothesis.best_score) - _log(everyday.best_score) if everyday and everyday.hypstr else 0.0
         return Reading(

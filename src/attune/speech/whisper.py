@@ -14,13 +14,15 @@ import numpy as np
 from attune.speech.audio import SAMPLE_RATE, Samples
 from attune.speech.confidence import WrittenReading, signal_to_noise
 from attune.speech.domain_fit import DomainFit
-from attune.speech.recogniser import RecognisedWord, Recognition
+from attune.speech.recogniser import RecognisedWord, Recogniser, Recognition
 from attune.speech.whisper_model import WINDOW, Encoded, Hypothesis, WhisperModel
 from attune.speech.whisper_weights import require_whisper
 
 _BEAM = 5
-_DOMAIN_WEIGHT = 0.25
-"""Of the domain's language model against Whisper's own; more helps poor voices and harms good ones."""
+_RIVALS = 2
+"""So many other readings of the second recogniser compete."""
+_DOMAIN_WEIGHT = 0.5
+"""Of the domain's language model against Whisper's own probability; chosen, as all here, on voices of development."""
 _HOT_WORDS = 60
 _SHORTEST_HOT_WORD = 3
 _NEW_SOUND = 0.5
@@ -28,7 +30,9 @@ _NEW_SOUND = 0.5
 _EARLY = 2.2
 """... and, on a processor, only until then [s]: short orders are heard at once, what is longer at its pauses."""
 _NOBODY = 0.6
-"""Probability of no speech from which on nothing was said."""
+_UNSURE = -0.5
+"""Nothing was said if the probability of no speech is so high and the mean logarithm of a token's probability so low,
+unless both recognisers have found the same."""
 _REPEATS, _REPEATS_WORD = 4, 6
 """So many times in a row a decoder repeats itself: several words, one word ("stop stop stop" is none)."""
 _LONGEST_REPEATED = 8
@@ -41,11 +45,17 @@ _BRACKETED = re.compile(r"\[[^\]]*\]|\([^)]*\)")
 
 @dataclass(frozen=True, slots=True)
 class _Read:
-    """A reading of up to 30 s of sound, and what it was read from."""
+    """Whisper's readings of up to 30 s of sound, best first, and what they were read from.
 
-    recognition: Recognition
-    best: Hypothesis
+    Attributes:
+        texts: Different ones; none if nothing can be read.
+        encoded: The sound, encoded.
+        nobody: Whisper thinks that nobody spoke.
+    """
+
+    texts: tuple[str, ...]
     encoded: Encoded
+    nobody: bool
 
 
 class WhisperRecogniser:
@@ -54,15 +64,20 @@ class WhisperRecogniser:
     Args:
         weights: Folder of converted weights; see `whisper_weights`.
         sentences: What people may say: lower case, no punctuation.
+        second: A recogniser that knows only the domain and listens along: its partial results come while people speak,
+            and its readings compete with Whisper's.
         threads: Of the processor; 0 leaves it to the library.
 
     Raises:
         MissingDependencyError: faster-whisper is not installed.
     """
 
-    def __init__(self, weights: Path, sentences: Sequence[str], threads: int = 0) -> None:
+    def __init__(
+        self, weights: Path, sentences: Sequence[str], second: Recogniser | None = None, threads: int = 0
+    ) -> None:
         require_whisper()
         self._weights = weights
+        self._second = second
         self._model = WhisperModel(weights, threads)
         self._on_gpu = self._model.device == "cuda"
         self._domain = DomainFit(sentences)
@@ -79,25 +94,30 @@ class WhisperRecogniser:
     def name(self) -> str:
         """Whisper with its weights and device."""
         kind = "float16 on the graphics card" if self._on_gpu else "int8 on the processor"
-        return f"Whisper ({_name_of(self._weights)}), {kind}"
+        beside = f", beside {self._second.name}" if self._second else ""
+        return f"Whisper ({_name_of(self._weights)}), {kind}{beside}"
 
     def start(self) -> None:
         """Begin an utterance."""
-        self._sound = []
-        self._seconds = self._partial_until = 0.0
-        self._partial = ""
-        self._read = None
+        self._forget()
+        if self._second:
+            self._second.start()
 
     def accept(self, samples: Samples) -> None:
-        """Take the next samples, 16 kHz mono. Costs nothing; the work is in the other methods."""
+        """Take the next samples, 16 kHz mono."""
         self._sound.append(samples)
         self._seconds += len(samples) / SAMPLE_RATE
         self._read = None
+        if self._second:
+            self._second.accept(samples)
 
     def partial(self) -> str:
-        """What has been understood so far. It lags behind, and is not made again while somebody talks for long."""
-        due = self._seconds - self._partial_until >= _NEW_SOUND and (self._on_gpu or self._seconds <= _EARLY)
-        if due and self._read is None:
+        """What has been understood so far. Whisper alone lags behind, and waits for a pause of who talks for long."""
+        if self._read is not None:
+            return self._partial
+        if self._second:
+            return self._second.partial()
+        if self._seconds - self._partial_until >= _NEW_SOUND and (self._on_gpu or self._seconds <= _EARLY):
             self._partial_until = self._seconds
             sound = self._heard()[-int(WINDOW * SAMPLE_RATE) :]
             [best], _, nobody = self._decode(sound, beam=1)
@@ -107,26 +127,40 @@ class WhisperRecogniser:
     def at_pause(self) -> str:
         """The text if the utterance ends here, some 0.1 s of work, which `finish` need not do again."""
         self._partial_until = self._seconds
-        self._partial = " ".join(part.recognition.text for part in self._reading() if part.recognition.text)
+        self._partial = " ".join(part.texts[0] for part in self._reading() if part.texts and not part.nobody)
         return self._partial
 
     def finish(self) -> Recognition:
-        """End the utterance."""
-        read = self._reading()
-        self.start()
-        said = [(part, index * WINDOW) for index, part in enumerate(read) if part.recognition.text]
+        """End the utterance: Whisper's readings and the other recogniser's compete."""
+        sound, read = self._heard(), self._reading()
+        other = self._second.finish() if self._second else None
+        self._forget()
+        if len(read) == 1:
+            return self._decide(read[0], sound, other)
+        size = int(WINDOW * SAMPLE_RATE)
+        said = [
+            (self._decide(part, sound[index * size : (index + 1) * size], None), index * WINDOW)
+            for index, part in enumerate(read)
+            if part.texts and not part.nobody
+        ]
         if not said:
             return Recognition()
-        words = tuple(word for part, offset in said for word in self._words(part, offset))
-        if len(said) == 1:
-            only = said[0][0].recognition
-            return replace(only, words=words, log_mel=only.log_mel if len(read) == 1 else None)
         return Recognition(
-            text=" ".join(part.recognition.text for part, _ in said),
-            confidence=min(part.recognition.confidence for part, _ in said),
-            in_domain=all(part.recognition.in_domain for part, _ in said),
-            words=words,
+            text=" ".join(part.text for part, _ in said),
+            confidence=min(part.confidence for part, _ in said),
+            in_domain=all(part.in_domain for part, _ in said),
+            words=tuple(
+                replace(word, start=word.start + offset, end=word.end + offset)
+                for part, offset in said
+                for word in part.words
+            ),
         )
+
+    def _forget(self) -> None:
+        self._sound = []
+        self._seconds = self._partial_until = 0.0
+        self._partial = ""
+        self._read = None
 
     def _heard(self) -> Samples:
         return np.concatenate(self._sound) if self._sound else np.zeros(0, np.float32)
@@ -142,31 +176,44 @@ class WhisperRecogniser:
         hypotheses, encoded, nobody = self._decode(sound, beam=_BEAM)
         if repeats(plain(self._model.text(hypotheses[0].tokens))):
             hypotheses, encoded, nobody = self._decode(sound, beam=_BEAM, whole_window=True)
-        readings: dict[str, Hypothesis] = {}
+        readings: dict[str, float] = {}
         for hypothesis in hypotheses:
-            readings.setdefault(plain(self._model.text(hypothesis.tokens)), hypothesis)
-        ranked = sorted(filter(None, readings), key=lambda text: self._score(text, readings[text]), reverse=True)
-        if nobody >= _NOBODY or not ranked:
-            return _Read(Recognition(), hypotheses[0], encoded)
-        text, *others = ranked
-        best = readings[text]
+            readings.setdefault(plain(self._model.text(hypothesis.tokens)), hypothesis.log_probability)
+        readings.pop("", None)
+        ranked = sorted(readings, key=lambda text: self._with_domain(readings[text], text), reverse=True)
+        return _Read(tuple(ranked), encoded, nobody >= _NOBODY and hypotheses[0].mean_log_probability < _UNSURE)
+
+    def _decide(self, read: _Read, sound: Samples, other: Recognition | None) -> Recognition:
+        """The best of both recognisers' readings: the product of how likely the sound and the domain make it."""
+        others = (other.text, *other.alternatives[:_RIVALS]) if other and other.text else ()
+        agreed = bool(read.texts) and read.texts[0] in others[:1]
+        if read.nobody and not agreed:
+            return Recognition()
+        scores = {text: self._model.score(read.encoded, text) for text in dict.fromkeys((*read.texts[:2], *others))}
+        ranked = sorted(scores, key=lambda text: self._with_domain(scores[text][0], text), reverse=True)
+        if not ranked:
+            return Recognition()
+        best = ranked[0]
+        score, tokens = scores[best]
         reading = WrittenReading(
-            fit=self._domain.fit(text),
-            telling_words=self._domain.telling_words(text),
-            tokens=best.mean_log_probability,
+            fit=self._domain.fit(best),
+            telling_words=self._domain.telling_words(best),
+            tokens=score / max(1, tokens),
+            agreed=0.5 if other is None else float(agreed),
             snr=signal_to_noise(sound),
         )
-        recognition = Recognition(
-            text=text,
-            alternatives=tuple(others),
+        more = (*ranked[1:], *read.texts)
+        return Recognition(
+            text=best,
+            alternatives=tuple(dict.fromkeys(text for text in more if text != best)),
             confidence=reading.confidence,
             in_domain=reading.in_domain,
-            log_mel=encoded.features,
+            words=other.words if other and other.text == best else self._words(best, read.encoded),
+            log_mel=read.encoded.features,
         )
-        return _Read(recognition, best, encoded)
 
-    def _score(self, text: str, hypothesis: Hypothesis) -> float:
-        return hypothesis.log_probability + _DOMAIN_WEIGHT * self._domain.log_probability(text)
+    def _with_domain(self, log_probability: float, text: str) -> float:
+        return log_probability + _DOMAIN_WEIGHT * self._domain.log_probability(text)
 
     def _decode(
         self, sound: Samples, *, beam: int, whole_window: bool = False
@@ -175,13 +222,13 @@ class WhisperRecogniser:
         hypotheses, nobody = self._model.decode(encoded, beam=beam, hot_words=self.hot_words if self._on_gpu else ())
         return hypotheses, encoded, nobody
 
-    def _words(self, part: _Read, offset: float) -> list[RecognisedWord]:
+    def _words(self, text: str, encoded: Encoded) -> tuple[RecognisedWord, ...]:
         words = []
-        for written, start, end, probability in self._model.words(part.best.tokens, part.encoded):
-            if text := plain(written):
-                first, last = (min(time, part.encoded.seconds) + offset for time in (start, end))
-                words.append(RecognisedWord(text, first, max(first, last), probability))
-        return words
+        for written, start, end, probability in self._model.words(text, encoded):
+            if word := plain(written):
+                first, last = (min(time, encoded.seconds) for time in (start, end))
+                words.append(RecognisedWord(word, first, max(first, last), probability))
+        return tuple(words)
 
 
 def hot_words(sentences: Sequence[str]) -> tuple[str, ...]:

@@ -5,6 +5,8 @@ is. Here only the utterance is encoded. A decoder that then sees no silence up t
 ("bring me a cup bring me a cup ..."), so some of what the encoder makes of silence, computed once, is put behind it.
 """
 
+import math
+import re
 from collections.abc import Sequence
 from dataclasses import dataclass
 from pathlib import Path
@@ -29,6 +31,10 @@ _SHORT = 12.0
 """Longer utterances get the whole window [s]."""
 _TOKENS_PER_SECOND, _MORE_TOKENS = 7, 12
 """Nobody says more; it bounds the time that a repetition takes."""
+
+_FIRST_PERSON = re.compile(r"\bi\b")
+_LEAST = 1e-9
+"""Of a token's probability."""
 
 Features = NDArray[np.float32]
 
@@ -141,18 +147,36 @@ class WhisperModel:
         ]
         return found, float(result.no_speech_prob)
 
+    def score(self, encoded: Encoded, text: str) -> tuple[float, int]:
+        """How likely the sound makes a text: logarithm of the probability of its tokens, and their number.
+
+        Args:
+            encoded: The sound.
+            text: Lower case, no punctuation; it is scored as Whisper would write it.
+        """
+        tokens = self._tokens(text)
+        [aligned] = self._model.model.align(
+            encoded.states, self._tokenizer.sot_sequence, [tokens], round(encoded.seconds * _FRAMES_PER_SECOND)
+        )
+        return sum(math.log(max(float(p), _LEAST)) for p in aligned.text_token_probs), len(tokens)
+
     def text(self, tokens: Sequence[int]) -> str:
         """The text of tokens, as Whisper writes it."""
         return str(self._tokenizer.decode(list(tokens)))
 
-    def words(self, tokens: Sequence[int], encoded: Encoded) -> list[tuple[str, float, float, float]]:
-        """Each word of a reading: text, start and end [s], probability."""
-        text_tokens = [token for token in tokens if token < self._tokenizer.eot]
+    def words(self, text: str, encoded: Encoded) -> list[tuple[str, float, float, float]]:
+        """Each word of a text, as it is written: text, start and end [s], probability."""
+        text_tokens = self._tokens(text)
         frames = round(encoded.seconds * _FRAMES_PER_SECOND)
         [aligned] = self._model.find_alignment(self._tokenizer, [text_tokens], encoded.states, frames) or [[]]
         return [
             (word["word"], float(word["start"]), float(word["end"]), float(word["probability"])) for word in aligned
         ]
+
+    def _tokens(self, text: str) -> list[int]:
+        """Of a text, as Whisper would write it."""
+        written = _FIRST_PERSON.sub("I", text)
+        return list(self._tokenizer.encode(f" {written[:1].upper()}{written[1:]}."))
 
     def _encoded_silence(self) -> NDArray[np.float32]:
         """What the encoder makes of the silence behind something like speech."""
