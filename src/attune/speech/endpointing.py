@@ -19,7 +19,7 @@ _QUIET_AFTER = 0.2
 """After such a pause nobody is speaking at the moment [s]; the utterance may still go on."""
 _TRAILING = 0.4
 """So much after the voice still belongs to the utterance [s]: soft last sounds, and the silence that ends a word."""
-_WORD = 0.8
+_WORD = 0.4
 """Longest time from the beginning of a short word to its being recognised [s]."""
 _OVER_BACKGROUND = 6.0
 """Speech is louder than the background by this much [dB]: other people's talk in the distance is background."""
@@ -131,7 +131,7 @@ class Endpointer:
 
     @property
     def heard_voice(self) -> bool:
-        """Whether there was any voice within the length of a word."""
+        """Whether there was any voice within the length of a short word."""
         return self._now - self._voice_at < _WORD
 
     def accept(
