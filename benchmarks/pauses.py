@@ -18,8 +18,8 @@ from attune.dialogue.completeness import completeness, reads_as_stop
 from attune.dialogue.corpus import domain_sentences
 from attune.evaluation.speakers import Speaker, noise
 from attune.speech.audio import SAMPLE_RATE, ArraySource
+from attune.speech.choice import choose_recogniser
 from attune.speech.listener import Listener
-from attune.speech.sphinx import SphinxRecogniser
 from benchmarks.stops import share, voices
 
 WITHIN = (
@@ -53,9 +53,10 @@ def utterances(speaker: Speaker, sentences: Sequence[str], band: Band, seed: int
     clock, bus, scene = VirtualClock(), Bus(), load_scene()
     heard: list[Utterance] = []
     bus.on(UTTERANCE, heard.append)
+    recogniser = choose_recogniser(SpeechConfig(), domain_sentences(scene)).recogniser
     listener = Listener(
         bus, clock, ArraySource(sound), (), SpeechConfig(), is_complete=completeness(scene),
-        is_stop=reads_as_stop(scene), band=lambda: band, recogniser=SphinxRecogniser(domain_sentences(scene)),
+        is_stop=reads_as_stop(scene), band=lambda: band, recogniser=recogniser,
     )  # fmt: skip
     run(listener.run, clock)
     found = [[u for u in heard if start - 0.5 <= u.start < end + 1] for start, end in spans]

@@ -168,8 +168,8 @@ def test_talk_about_something_else_is_told_from_the_domain_by_its_words() -> Non
     fit = DomainFit(SENTENCES * 20)
     other = "the weather forecast says it will rain tomorrow"
     assert fit.fit("bring me the red cup") > fit.fit("cup red the me bring") > fit.fit(other)
-    # Of these few words, only "cup" and "bring" are said to the robot more often than elsewhere.
-    assert fit.telling_words("bring me the cup") > 1 > fit.telling_words(other)
+    telling = fit.telling_words("bring me the cup")
+    assert min(telling["bring"], telling["cup"]) > 1 > sum(fit.telling_words(other).values())
 
 
 @pytest.mark.parametrize(("written", "said"), [

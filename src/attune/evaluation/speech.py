@@ -23,6 +23,8 @@ PAUSE = 1.6
 """After each sample [s]."""
 _QUIET_ROOM = -65.0
 """Noise of the clean condition [dB full scale]."""
+_HEAD_START = 0.1
+"""An utterance ends this long after its pause was noticed [s], or later: so much work is done by then."""
 _AUDIBLE = 0.02
 """Of the peak: what is softer is a pause."""
 
@@ -92,8 +94,8 @@ class Condition:
         heard: One for each sample.
         seconds: Length of the sound.
         processor_seconds: What listening to it took.
-        finish_seconds: Processor time that each utterance's end took; the transcript is late by it, or by less if the
-            work was done in the pause.
+        finish_seconds: Processor time of each utterance's end, by which the transcript is late. What is done in the
+            shortest pause before the end does not count.
     """
 
     snr: float | None
@@ -181,7 +183,7 @@ class _Timed:
     def finish(self) -> Recognition:
         began = time.process_time()
         recognition = self._recogniser.finish()
-        self.finish_seconds.append(time.process_time() - began + self._pause_seconds)
+        self.finish_seconds.append(time.process_time() - began + max(0.0, self._pause_seconds - _HEAD_START))
         return recognition
 
 

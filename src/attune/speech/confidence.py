@@ -31,10 +31,10 @@ takes as much from the doubtful sounds of speech as from the noise."""
 _BLOCK = SAMPLE_RATE // 50
 
 
-_WRITTEN_FIT, _TELLING_WORDS, _WRITTEN_DOMAIN = 2.28, 1.87, 3.93
-_WRITTEN_ACTED_ON, _WRITTEN_IN_DOMAIN = 0.5, -0.4
-_RIGHT_FIT, _RIGHT_TOKENS, _AGREEMENT, _WRITTEN_SNR, _WRITTEN_RIGHT = 2.3, 0.756, 1.18, 0.051, 5.07
-_WRITTEN_SURE = 0.7
+_WRITTEN_FIT, _TELLING_WORDS, _AGREED_DOMAIN, _WRITTEN_DOMAIN = 2.03, 2.05, 1.12, 2.62
+_WRITTEN_ACTED_ON, _WRITTEN_IN_DOMAIN = 0.7, -0.4
+_RIGHT_FIT, _RIGHT_TOKENS, _AGREED_RIGHT, _WRITTEN_SNR, _WRITTEN_RIGHT = 2.15, 0.608, 1.66, 0.041, 5.06
+_WRITTEN_SURE = 1.0
 _WRITTEN_BEST_SNR = 45.0
 
 
@@ -81,9 +81,9 @@ class WrittenReading:
 
     Attributes:
         fit: Of the text; see `DomainFit.fit`.
-        telling_words: See `DomainFit.telling_words`.
+        telling_words: Their weight; see `DomainFit.telling_words`.
         tokens: Mean logarithm of a token's probability.
-        agreed: 1 if both recognisers have found the same, 0 if not, 0.5 if only one listens.
+        agreed: 1 if both recognisers have found the same telling words, 0 if not, 0.5 if only one listens.
         snr: Signal-to-noise ratio after suppression [dB].
     """
 
@@ -96,7 +96,8 @@ class WrittenReading:
     @property
     def domain_evidence(self) -> float:
         """For the domain against all other talk."""
-        return _WRITTEN_FIT * self.fit + _TELLING_WORDS * self.telling_words + _WRITTEN_DOMAIN
+        text = _WRITTEN_FIT * self.fit + _TELLING_WORDS * self.telling_words + _WRITTEN_DOMAIN
+        return text + _AGREED_DOMAIN * self.agreed
 
     @property
     def in_domain(self) -> bool:
@@ -106,7 +107,7 @@ class WrittenReading:
     @property
     def confidence(self) -> float:
         """As that of a `Reading`."""
-        right = _RIGHT_FIT * self.fit + _RIGHT_TOKENS * self.tokens + _AGREEMENT * self.agreed + _WRITTEN_RIGHT
+        right = _RIGHT_FIT * self.fit + _RIGHT_TOKENS * self.tokens + _AGREED_RIGHT * self.agreed + _WRITTEN_RIGHT
         right += _WRITTEN_SNR * min(self.snr, _WRITTEN_BEST_SNR)
         return _confidence(self.domain_evidence - _WRITTEN_ACTED_ON, right - _WRITTEN_SURE)
 

@@ -41,10 +41,13 @@ class DomainFit:
         """Of the whole text (natural logarithm)."""
         return self.fit(text) * (len(text.split()) + 1) * math.log(10)
 
-    def telling_words(self, text: str) -> float:
-        """How many words are said to the robot rather than in everyday English, each weighted by its lead (base 10)."""
-        return sum(
-            max(0.0, math.log10(self._model.probability(word)) - everyday_probability(word) - _TELLING)
-            for word in text.split()
-            if word in self._known
-        )
+    def telling_words(self, text: str) -> dict[str, float]:
+        """Words that are said to the robot rather than in everyday English, in order, with their lead (base 10)."""
+        found: dict[str, float] = {}
+        for word in text.split():
+            if word in self._known and (lead := self._lead(word)) > 0:
+                found[word] = found.get(word, 0.0) + lead
+        return found
+
+    def _lead(self, word: str) -> float:
+        return math.log10(self._model.probability(word)) - everyday_probability(word) - _TELLING
