@@ -1,10 +1,10 @@
 """How far a reading can be trusted: whether it is of the domain at all, and whether it was heard right.
 
-Both are logistic regressions on readings of ten synthetic voices (espeak-ng, flite, Piper), clean and with noise at 20 to
-5 dB. PocketSphinx's: about 400 readings, whole sentences and short phrases, half of them about other things; the weight of
-noise was set by hand, higher than it came out, because what lowers the noise hides some of it. Whisper's: 430 readings of
-sentences that are not in the grammar of phrasings, 170 of them about other things, and, for whether it was heard right,
-260 more of sentences from that grammar.
+Both are logistic regressions on readings of ten synthetic voices (espeak-ng, flite, Piper), clean and with noise at 20
+to 5 dB. PocketSphinx's: about 400 readings, whole sentences and short phrases, half of them about other things; the
+weight of noise was set by hand, higher than it came out, because what lowers the noise hides some of it. Whisper's: 430
+readings of sentences that are not in the grammar of phrasings, 170 of them about other things, and, for whether it was
+heard right, 260 more of sentences from that grammar.
 """
 
 import math
