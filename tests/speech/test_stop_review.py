@@ -57,6 +57,19 @@ def test_sound_and_text_decide_together(
     assert not is_order or result.confidence >= 0.5
 
 
+@pytest.mark.parametrize(("heard", "order", "is_order"), [
+    ("we could do with", 0.7, False),
+    ("", 0.7, False),
+    ("", 0.9, True),
+    ("oh please stop", 0.7, True),
+])  # fmt: skip
+def test_whoever_speaks_for_long_has_to_sound_more_like_an_order(heard: str, order: float, is_order: bool) -> None:
+    recognition = Recognition(heard, confidence=0.1, in_domain=bool(heard))
+    result = overruled(recognition, Evidence(spotted=True, order=order, seconds=1.4, lead=lambda: -0.3), reads_as_stop)
+    assert reads_as_stop(result.text) == is_order
+    assert not is_order or result.confidence >= 0.5
+
+
 def test_a_stop_that_only_the_text_has_is_no_speech_to_the_robot() -> None:
     heard = Recognition("that is a nice stop", confidence=0.7, in_domain=True)
     assert not overruled(heard, Evidence(False, 0.01, 1.2, never), reads_as_stop).in_domain
