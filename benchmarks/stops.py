@@ -132,7 +132,7 @@ def hear(
     clock = VirtualClock()
 
     async def main() -> None:
-        settings = {"robot": {"kind": "symbolic"}, "voice": {"output": "none"}, "speech": {"asr": "sphinx"}}
+        settings = {"robot": {"kind": "symbolic"}, "voice": {"output": "none"}}
         session = Session(with_values(load_config(environment={}), settings), clock, audio=ArraySource(sound))
         session.bus.on(ROBOT_STOP, signals.append)
         session.bus.on(UTTERANCE, utterances.append)
