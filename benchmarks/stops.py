@@ -10,10 +10,12 @@ import os
 import tomllib
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
+from itertools import cycle
 from pathlib import Path
 from statistics import median
 from typing import Any, Literal
 
+import anyio
 import numpy as np
 
 from attune.core.bus import ROBOT_STOP, UTTERANCE
@@ -30,7 +32,7 @@ SENTENCES: dict[str, list[str]] = tomllib.loads(Path(__file__).with_suffix(".tom
 DEVELOPMENT = bool(os.environ.get("ATTUNE_BENCHMARK_DEVELOPMENT"))
 """Measure with what development may look at."""
 MOST_VOICES = int(os.environ.get("ATTUNE_BENCHMARK_VOICES", "4"))
-"""So many voices, spread; 0 takes all."""
+"""For `voices`."""
 PAUSE = 2.2
 """After a stop [s]: the sentence must be decided by then."""
 QUIET_ROOM = -65.0
@@ -85,14 +87,14 @@ class Said:
         return found
 
 
-def voices() -> list[Speaker]:
-    """Who speaks."""
+def voices(most: int = MOST_VOICES) -> list[Speaker]:
+    """Who speaks: so many, spread; 0 takes all."""
     found: Sequence[Speaker]
     if DEVELOPMENT:
         found = [*people()[:8], *(Speaker(voice, voice) for voice in _FOR_DEVELOPMENT)]
     else:
         found = [*held_out_speakers(), *(Speaker(voice, voice) for voice in _FOR_MEASURING)]
-    most = MOST_VOICES or len(found)
+    most = most or len(found)
     return [found[index * len(found) // most] for index in range(most)]
 
 
@@ -127,19 +129,7 @@ def hear(
     sound = np.concatenate(parts)
     level = QUIET_ROOM if surroundings == "quiet" else speaker.level - snr
     sound = (sound + background(surroundings, len(sound), level, rng)).astype(np.float32)
-    signals: list[StopSignal] = []
-    utterances: list[Utterance] = []
-    clock = VirtualClock()
-
-    async def main() -> None:
-        settings = {"robot": {"kind": "symbolic"}, "voice": {"output": "none"}}
-        session = Session(with_values(load_config(environment={}), settings), clock, audio=ArraySource(sound))
-        session.bus.on(ROBOT_STOP, signals.append)
-        session.bus.on(UTTERANCE, utterances.append)
-        async with session.running():
-            await clock.sleep(len(sound) / SAMPLE_RATE + 1.0)
-
-    run(main, clock)
+    signals, utterances = listen(sound)
     limits = [start - 0.1 for start, _ in spans[1:]] + [math.inf]
     return [
         Said(
@@ -150,6 +140,40 @@ def hear(
         )
         for text, (start, end), limit in zip(sentences, spans, limits, strict=True)
     ]  # fmt: skip
+
+
+def listen(sound: Samples, errands: Sequence[str] = ()) -> tuple[list[StopSignal], list[Utterance]]:
+    """What a session makes of a sound.
+
+    Args:
+        sound: 16 kHz mono, from the session's beginning.
+        errands: What the robot is told (typed) one after the other, again and again, so that it always works; without
+            them it stands by.
+
+    Returns:
+        The signals of `robot/stop`, and what was heard.
+    """
+    signals: list[StopSignal] = []
+    utterances: list[Utterance] = []
+    clock = VirtualClock()
+
+    async def work(session: Session) -> None:
+        for errand in cycle(errands):
+            session.say(errand)
+            await session.settled()
+
+    async def main() -> None:
+        settings = {"robot": {"kind": "symbolic"}, "voice": {"output": "none"}}
+        session = Session(with_values(load_config(environment={}), settings), clock, audio=ArraySource(sound))
+        session.bus.on(ROBOT_STOP, signals.append)
+        session.bus.on(UTTERANCE, lambda utterance: None if utterance.typed else utterances.append(utterance))
+        async with session.running(), anyio.create_task_group() as group:
+            group.start_soon(work, session)
+            await clock.sleep(len(sound) / SAMPLE_RATE + 1.0)
+            group.cancel_scope.cancel()
+
+    run(main, clock)
+    return signals, utterances
 
 
 def background(surroundings: Surroundings, count: int, level: float, rng: np.random.Generator) -> Samples:

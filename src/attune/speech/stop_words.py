@@ -2,13 +2,13 @@
 
 import re
 
-_STOP = re.compile(r"(?<!\w)(stop|halt|freeze|wait|pause|hold (?:on|it)|don't move|stand still)(?!\w)")
+STOP_WORD = re.compile(r"(?<!\w)(stop|halt|freeze|wait|pause|hold (?:on|it)|don't move|stand still)(?!\w)")
 _NEGATED = re.compile(r"(?<!\w)(?:don't|do not|not|never|without|can't|no need to)(?: (?:have|need) to| \w+)? $")
 
 
 def stops_in(text: str) -> list[str]:
     """The stop words in it that are not negated, in order."""
-    return [match.group() for match in _STOP.finditer(text) if not _NEGATED.search(text[: match.start()])]
+    return [match.group() for match in STOP_WORD.finditer(text) if not _NEGATED.search(text[: match.start()])]
 
 
 def is_negated_after(text: str) -> bool:
@@ -23,4 +23,4 @@ def reads_as_stop(text: str) -> bool:
 
 def is_negated(text: str) -> bool:
     """Whether each stop word in it is negated, and there is one: "please don't stop"."""
-    return bool(_STOP.search(text)) and not stops_in(text)
+    return bool(STOP_WORD.search(text)) and not stops_in(text)
