@@ -205,6 +205,40 @@ def test_when_only_the_reply_is_late_the_decision_counts(model_server: Make, beh
     assert found.reply == ""
 
 
+def test_an_answer_cut_off_in_its_reply_counts_without_it(model_server: Make, behaviour: Make, fine: Any) -> None:
+    server = model_server(behaviour(content=fine.content, cut_after=json.dumps(fine.content).index("gladly")))
+    found = ask(server, "the thing for coffee", deadline=2.5)
+    assert found.add == (ObjectSpec(type="mug", color="green"),)
+    assert found.reply == ""
+    assert len(server.requests) == 1
+
+
+def test_what_it_does_not_know_is_named(model_server: Make, behaviour: Make, model_answer: Make) -> None:
+    server = model_server(behaviour(model_answer("unknown_object", unknown="stapler", reply="What is a stapler?")))
+    found = ask(server, "bring me the stapler")
+    assert (found.intent, found.unknown) == ("unknown_object", "stapler")
+
+
+@pytest.mark.parametrize("number", range(12))
+def test_the_examples_that_the_model_is_shown_are_right(
+    number: int, model_server: Make, behaviour: Make, model_answer: Make
+) -> None:
+    shown = ask_for_instructions(model_server(behaviour(model_answer("talk"))))
+    lines = shown.split("Examples:")[1].strip().splitlines()
+    asked = json.loads(lines[2 * number].removeprefix("Input: "))
+    answer = json.loads(lines[2 * number + 1].removeprefix("Answer: "))
+    found = ask(model_server(behaviour(answer)), asked["utterance"], TASK)
+    assert found.intent == answer["intent"]
+    assert [(spec.type, spec.color) for spec in found.add] == [(spec["type"], spec["color"]) for spec in answer["add"]]
+    assert found.destination == answer["destination"]
+
+
+def ask_for_instructions(server: Any) -> str:
+    """What the model is told before anything is said."""
+    ask(server, "x")
+    return str(server.requests[0]["messages"][0]["content"])
+
+
 def test_an_endpoint_that_fails_again_and_again_is_left_alone_for_a_while(model_server: Make, behaviour: Make) -> None:
     server = model_server(behaviour(status=401))
 
@@ -310,6 +344,10 @@ def test_the_request_asks_for_a_schema_and_carries_the_situation(model_server: M
     assert request["stream"] is True
     assert schema["additionalProperties"] is False
     assert set(schema["required"]) == set(schema["properties"])
+    names = schema["properties"]["add"]["items"]["properties"]
+    assert {"", "cup", "milk"} <= set(names["type"]["enum"])
+    assert "stapler" not in names["type"]["enum"]
+    assert set(names["location"]["enum"]) == {"", *LEXICON.values("place")}
     situation = json.loads(request["messages"][-1]["content"])["situation"]
     assert situation["task"]["objects"] == [{"type": "cup", "color": "red", "size": "small"}]
 

@@ -12,7 +12,7 @@ from dataclasses import asdict, replace
 from functools import cache
 from importlib import resources
 from string import Template
-from typing import Literal
+from typing import Any, Literal
 
 from pydantic import BaseModel, ConfigDict
 
@@ -23,7 +23,7 @@ from attune.core.messages import ObjectSpec
 from attune.dialogue.context import Context
 from attune.dialogue.interpreter import Intent, Interpretation, Interpreter
 from attune.dialogue.lexicon import Lexicon
-from attune.dialogue.llm_answer import answer_schema, to_interpretation
+from attune.dialogue.llm_answer import ModelAnswer, answer_schema, to_interpretation
 from attune.dialogue.llm_endpoint import Endpoint, Message, NoAnswerError
 from attune.dialogue.policies import Announce, Policy, Wording, load_policies
 
@@ -48,6 +48,31 @@ class _Style(BaseModel):
 def _style_file() -> _Style:
     text = (resources.files("attune.data") / "prompts/style.toml").read_text(encoding="utf-8")
     return _Style.model_validate(tomllib.loads(text))
+
+
+class _Example(BaseModel):
+    model_config = ConfigDict(extra="forbid", frozen=True)
+
+    situation: dict[str, Any] = {}
+    utterance: str
+    answer: dict[str, Any]
+
+    def written(self) -> str:
+        """As the model sees it: its input and the whole answer, with empty fields."""
+        wanted = {"type": "", "color": "", "size": "", "location": ""}
+        whole: dict[str, Any] = {"add": [], "remove": [], "destination": "", "style": "", "status": "", "reply": ""}
+        answer = whole | self.answer
+        for field in ("add", "remove"):
+            answer[field] = [wanted | named for named in answer[field]]
+        shown = ModelAnswer.model_validate_json(_json(answer)).model_dump_json()
+        return f"Input: {_json({'situation': self.situation, 'utterance': self.utterance})}\nAnswer: {shown}"
+
+
+@cache
+def _examples() -> str:
+    text = (resources.files("attune.data") / "prompts/examples.toml").read_text(encoding="utf-8")
+    examples = [_Example.model_validate(example) for example in tomllib.loads(text)["examples"]]
+    return "\n".join(example.written() for example in examples)
 
 
 @cache
@@ -90,7 +115,7 @@ class LlmInterpreter:
         clock: Clock,
         style: Callable[[], str] = neutral_style,
     ) -> None:
-        self._endpoint = Endpoint(config, clock, answer_schema())
+        self._endpoint = Endpoint(config, clock)
         self._lexicon = lexicon
         self._embedded = embedded
         self._clock = clock
@@ -114,9 +139,9 @@ class LlmInterpreter:
             return first
         if self._clock.now() < self._rest_until:
             return replace(first, reason=f"{first.reason} (the language model is left alone for a while)")
-        asked = self._message(text, context)
+        known = self._lexicon.extended(context.scene)
         try:
-            answer = await self._endpoint.ask(self._messages(asked, context))
+            answer = await self._endpoint.ask(self._messages(text, context, known), answer_schema(known))
         except NoAnswerError as error:
             self._failures += 1
             if self._failures >= FAILURES_UNTIL_REST:
@@ -124,28 +149,29 @@ class LlmInterpreter:
                 self._rest_until = self._clock.now() + REST
             return replace(first, reason=f"{first.reason} ({error.problem})")
         self._failures = 0
-        told = {"intent": answer.intent, "reply": answer.reply}
         said: Message = {"role": "user", "content": _json({"utterance": text})}
-        self._history.append((said, {"role": "assistant", "content": _json(told)}))
+        self._history.append((said, {"role": "assistant", "content": answer.model_dump_json()}))
         found = to_interpretation(answer, context, self._lexicon, f"language model {self._endpoint.name}")
         # "The" or "a" is a matter of words, which the embedded interpreter reads.
         return replace(found, definite=first.definite) if len(first.definite) == len(found.add) else found
 
-    def _messages(self, asked: Message, context: Context) -> list[Message]:
+    def _messages(self, text: str, context: Context, known: Lexicon) -> list[Message]:
         # The instructions and the style are written anew each time: they cannot fade behind a long talk.
-        known = self._lexicon.extended(context.scene)
+        style = self.style()
         instructions = _instructions().substitute(
             types=", ".join(known.values("type")),
             colors=", ".join(known.values("color")),
             places=", ".join(known.values("place")),
-            style=self.style(),
+            examples=_examples(),
+            style=style,
         )
         earlier = [message for turn in self._history for message in turn]
-        return [{"role": "system", "content": instructions}, *earlier, asked]
-
-    def _message(self, text: str, context: Context) -> Message:
-        content = {"situation": _situation(context), "utterance": text, "speak": self.style()}
-        return {"role": "user", "content": _json(content)}
+        asked = {"situation": _situation(context), "utterance": text, "speak": style}
+        return [
+            {"role": "system", "content": instructions},
+            *earlier,
+            {"role": "user", "content": _json(asked)},
+        ]
 
 
 def _json(data: object) -> str:
@@ -155,7 +181,7 @@ def _json(data: object) -> str:
 
 def _situation(context: Context) -> dict[str, object]:
     task = context.task
-    return {
+    situation = {
         "task": task and {
             "command": task.command,
             "objects": [_described(spec) for spec in task.objects],
@@ -167,6 +193,7 @@ def _situation(context: Context) -> dict[str, object]:
         "pending_question": context.pending_question,
         "scene": [_described(spec) for spec in context.scene],
     }  # fmt: skip
+    return {name: value for name, value in situation.items() if value}
 
 
 def _described(spec: ObjectSpec) -> dict[str, str]:

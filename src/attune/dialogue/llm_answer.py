@@ -4,6 +4,7 @@ Between a language model and the robot stands a list: an answer that names anyth
 person, never a command.
 """
 
+from collections.abc import Iterable
 from typing import Any, Literal, get_args
 
 from pydantic import BaseModel, ConfigDict, ValidationError, field_validator, model_validator
@@ -67,14 +68,16 @@ class ModelAnswer(_Strict):
     style: StyleWish
     status: StatusTopic
     answers: bool = False
+    unknown: str = ""
     reply: str
 
     @model_validator(mode="after")
     def _makes_sense(self) -> "ModelAnswer":
         if max(len(self.add), len(self.remove)) > MOST_OBJECTS:
             raise ValueError("too many objects")
-        if len(self.destination) > LONGEST_NAME:
-            raise ValueError("destination is no name")
+        for field in ("destination", "unknown"):
+            if len(getattr(self, field)) > LONGEST_NAME:
+                raise ValueError(f"{field} is no name")
         needed = {
             "bring_me": bool(self.add) and all(wanted.type for wanted in self.add),
             "replace_object": len(self.add) == 1 and len(self.remove) <= 1 and bool(self.add[0].type),
@@ -87,28 +90,42 @@ class ModelAnswer(_Strict):
         return self
 
 
-def answer_schema() -> dict[str, Any]:
-    """The JSON schema that the endpoint is asked to keep to."""
-    names = {"type": "string"}
+def answer_schema(lexicon: Lexicon) -> dict[str, Any]:
+    """The JSON schema that the endpoint is asked to keep to.
+
+    It lists every name, so that an endpoint that keeps to it cannot invent one; other things go into `unknown`.
+
+    Args:
+        lexicon: The names that may occur.
+    """
+    places = _one_of(lexicon.values("place"))
     wanted = {
         "type": "object",
         "properties": {
-            "type": names, "color": names, "size": {"type": "string", "enum": list(get_args(Size))}, "location": names,
+            "type": _one_of(lexicon.values("type")),
+            "color": _one_of(lexicon.values("color")),
+            "size": _one_of(get_args(Size)),
+            "location": places,
         },
         "required": ["type", "color", "size", "location"],
         "additionalProperties": False,
-    }  # fmt: skip
+    }
     properties: dict[str, Any] = {
         "intent": {"type": "string", "enum": list(get_args(ModelIntent))},
-        "add": {"type": "array", "items": wanted},
-        "remove": {"type": "array", "items": wanted},
-        "destination": names,
-        "style": {"type": "string", "enum": list(get_args(StyleWish))},
-        "status": {"type": "string", "enum": list(get_args(StatusTopic))},
+        "add": {"type": "array", "items": wanted, "maxItems": MOST_OBJECTS},
+        "remove": {"type": "array", "items": wanted, "maxItems": MOST_OBJECTS},
+        "destination": places,
+        "style": _one_of(get_args(StyleWish)),
+        "status": _one_of(get_args(StatusTopic)),
         "answers": {"type": "boolean"},
-        "reply": names,
+        "unknown": {"type": "string"},
+        "reply": {"type": "string"},
     }
     return {"type": "object", "properties": properties, "required": list(properties), "additionalProperties": False}
+
+
+def _one_of(names: Iterable[str]) -> dict[str, Any]:
+    return {"type": "string", "enum": ["", *(name for name in names if name)]}
 
 
 def parse_answer(text: str) -> ModelAnswer:
@@ -181,6 +198,7 @@ def to_interpretation(answer: ModelAnswer, context: Context, lexicon: Lexicon, r
         intent=intent, add=add, remove=remove, destination=place, reply=_spoken(answer.reply), confidence=CONFIDENCE,
         reason=reason, definite=(False,) * len(add), style=answer.style if intent == "style" else "",
         status=answer.status if intent == "status" else "",
+        unknown=answer.unknown if intent == "unknown_object" else "",
         answers=answer.answers and intent == "bring_me" and bool(context.pending_question),
     )  # fmt: skip
 

@@ -46,14 +46,13 @@ class Endpoint:
     Args:
         config: Where it is, and how long it may take.
         clock: For the pauses between tries.
-        schema: JSON schema of the answer.
 
     Raises:
         NoEndpointError: The configuration names no base URL or no model.
         MissingDependencyError: The `openai` package is not installed.
     """
 
-    def __init__(self, config: LlmConfig, clock: Clock, schema: Mapping[str, Any]) -> None:
+    def __init__(self, config: LlmConfig, clock: Clock) -> None:
         if not (config.base_url and config.model):
             raise NoEndpointError
         try:
@@ -69,10 +68,7 @@ class Endpoint:
         key = config.api_key.get_secret_value() or "none"
         self._client = openai.AsyncOpenAI(base_url=config.base_url, api_key=key, max_retries=0, timeout=config.deadline)
         self._options: dict[str, Any] = {
-            "response_format": {
-                "type": "json_schema",
-                "json_schema": {"name": "answer", "strict": True, "schema": schema},
-            },
+            "response_format": "json_schema",
             "temperature": config.temperature,
             "max_tokens": config.max_tokens,
         }
@@ -81,8 +77,8 @@ class Endpoint:
         """Close the connections."""
         await self._client.close()
 
-    async def ask(self, messages: Sequence[Message]) -> ModelAnswer:
-        """Ask for an answer.
+    async def ask(self, messages: Sequence[Message], schema: Mapping[str, Any]) -> ModelAnswer:
+        """Ask for an answer that keeps to a JSON schema.
 
         If the deadline comes while only the reply is still being written, the decision counts, without a reply.
 
@@ -91,13 +87,13 @@ class Endpoint:
         """
         received: list[str] = []
         with anyio.move_on_after(self._config.deadline):
-            return await self._try(messages, received)
+            return await self._try(messages, schema, received)
         decision = parse_decision("".join(received))
         if decision is None:
             raise NoAnswerError(f"nothing within {self._config.deadline:g} s")
         return decision
 
-    async def _try(self, messages: Sequence[Message], received: list[str]) -> ModelAnswer:
+    async def _try(self, messages: Sequence[Message], schema: Mapping[str, Any], received: list[str]) -> ModelAnswer:
         import openai
 
         started = self._clock.now()
@@ -105,9 +101,11 @@ class Endpoint:
         for attempt in range(MOST_TRIES):
             received.clear()
             try:
-                await self._stream(messages, received.append)
+                await self._stream(messages, schema, received.append)
                 return parse_answer("".join(received))
             except InvalidAnswerError as error:
+                if decision := parse_decision("".join(received)):
+                    return decision
                 if truncated or not is_truncated("".join(received)):
                     raise NoAnswerError(error.problem) from None
                 truncated = True
@@ -138,9 +136,15 @@ class Endpoint:
             self._options["max_completion_tokens"] = value
         return bool(refused)
 
-    async def _stream(self, messages: Sequence[Message], receive: Callable[[str], None]) -> None:
+    async def _stream(
+        self, messages: Sequence[Message], schema: Mapping[str, Any], receive: Callable[[str], None]
+    ) -> None:
+        options = dict(self._options)
+        if "response_format" in options:
+            asked = {"name": "answer", "strict": True, "schema": schema}
+            options["response_format"] = {"type": "json_schema", "json_schema": asked}
         create: Any = self._client.chat.completions.create
-        stream = await create(model=self.name, messages=list(messages), stream=True, **self._options)
+        stream = await create(model=self.name, messages=list(messages), stream=True, **options)
         async with stream:
             async for chunk in stream:
                 if chunk.choices and chunk.choices[0].delta.content:
