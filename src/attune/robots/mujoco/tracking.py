@@ -63,15 +63,20 @@ class Tracks:
         for pose, fixed in ((0, start), (-1, end)):
             if fixed is not None:
                 self._q[pose], good[pose] = fixed, np.arange(k) == np.argmin(np.abs(pans - fixed[0]))
+        self._next = np.zeros((n - 1, k), dtype=np.intp)
+        if not good.any(axis=1).all():
+            self.costs = np.full(k, np.inf)
+            return
         price = np.where(good, self._near_limits(), np.inf)
         changes = self._changes()
         padded = np.full(k + 2 * _NEIGHBOURS, np.inf)
-        self._next = np.zeros((n - 1, k), dtype=np.intp)
+        # A view: it follows what is written into the middle.
+        windows = np.lib.stride_tricks.sliding_window_view(padded, k)
         columns = np.arange(k)
         to_go = price[-1]
         for pose in range(n - 2, -1, -1):
             padded[_NEIGHBOURS:-_NEIGHBOURS] = to_go
-            ways = changes[:, pose] + np.lib.stride_tricks.sliding_window_view(padded, k)
+            ways = changes[:, pose] + windows
             best = np.argmin(ways, axis=0)
             self._next[pose] = columns + best - _NEIGHBOURS
             to_go = price[pose] + ways[best, columns]
@@ -100,17 +105,20 @@ class Tracks:
         """
         n, k, _ = self._q.shape
         result = np.full((2 * _NEIGHBOURS + 1, n - 1, k), np.inf)
+        # Joint by joint: reducing over a short last axis is several times slower.
+        joints = np.ascontiguousarray(np.moveaxis(self._q, -1, 0))
         for index in range(len(result)):
             offset = index - _NEIGHBOURS
             here = slice(max(0, -offset), min(k, k - offset))
             there = slice(max(0, offset), min(k, k + offset))
             if here.stop <= here.start:
                 continue
-            turn = self._q[1:, there] - self._q[:-1, here]
-            turn[..., self._kinematics.continuous] -= (
-                2 * np.pi * np.round(turn[..., self._kinematics.continuous] / (2 * np.pi))
-            )
-            change = np.abs(turn).max(axis=-1)
+            change = np.zeros((n - 1, here.stop - here.start))
+            for q, continuous in zip(joints, self._kinematics.continuous, strict=True):
+                turn = q[1:, there] - q[:-1, here]
+                if continuous:
+                    turn -= 2 * np.pi * np.round(turn / (2 * np.pi))
+                np.maximum(change, np.abs(turn), out=change)
             result[index, :, here] = np.where(change <= _JUMP, change, np.inf)
         return result
 
