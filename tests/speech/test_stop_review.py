@@ -77,6 +77,26 @@ def test_a_stop_that_only_the_text_has_is_no_speech_to_the_robot() -> None:
     assert overruled(heard, Evidence(False, 0.4, 1.2, never), reads_as_stop).in_domain
 
 
+@pytest.mark.parametrize(("heard", "confidence", "order", "seconds", "is_denied"), [
+    ("please stop hitting your door", 0.2, 0.92, 2.1, True),  # what a child was told, misheard
+    ("please stop right now robot", 0.2, 0.99, 1.7, False),
+    ("please stop hitting your door", 0.6, 0.92, 2.1, False),
+    ("stop my table we still have bread for a week", 0.2, 0.6, 3.0, True),
+    ("stop it oh just stop it", 0.2, 0.98, 2.4, False),
+])  # fmt: skip
+def test_long_talk_that_is_hard_to_understand_has_to_sound_like_an_order(
+    heard: str, confidence: float, order: float, seconds: float, is_denied: bool
+) -> None:
+    recognition = Recognition(heard, confidence=confidence, in_domain=True)
+    result = overruled(recognition, Evidence(True, order, seconds, lambda: -0.3), reads_as_stop)
+    assert result.in_domain != is_denied
+
+
+def test_what_the_network_does_not_know_is_left_to_the_text() -> None:
+    heard = Recognition("never mind", confidence=0.7, in_domain=True)
+    assert overruled(heard, Evidence(False, 0.01, 0.8, never), lambda text: text == "never mind") == heard
+
+
 def test_a_spotted_stop_in_a_long_sentence_is_left_to_the_recogniser() -> None:
     heard = Recognition("the bus stop is around the corner", confidence=0.6)
     assert overruled(heard, Evidence(True, 0.95, 2.4, never), reads_as_stop) == heard
