@@ -64,6 +64,16 @@ def test_sounds_that_are_no_speech_are_not_acted_on(whisper: Recogniser) -> None
         assert not heard.in_domain or heard.confidence < ACTED_ON, heard.text
 
 
+def test_what_was_finished_too_early_goes_on(whisper: Recogniser) -> None:
+    said = "please put the blue plate on the table"
+    sound = in_quiet(0.3, ERIK.say(said), 0.4)
+    whisper.start()
+    whisper.accept(sound[:16000])
+    assert whisper.finish().text != said
+    whisper.accept(sound[16000:])
+    assert whisper.at_pause() == whisper.finish().text == said
+
+
 def test_who_goes_on_after_a_pause_is_read_to_the_end(whisper: Recogniser) -> None:
     clock, bus = VirtualClock(), Bus()
     heard: list[Utterance] = []

@@ -15,6 +15,7 @@ from attune.evaluation.noises import Noise, background
 from attune.evaluation.speakers import noise
 from attune.evaluation.speech_samples import Sample, SampleSet
 from attune.speech.audio import SAMPLE_RATE, ArraySource, Frame, Samples
+from attune.speech.endpointing import TRAILING
 from attune.speech.listener import Listener
 from attune.speech.recogniser import Recogniser, Recognition
 from attune.speech.whisper import plain
@@ -23,8 +24,6 @@ PAUSE = 1.6
 """After each sample [s]."""
 _QUIET_ROOM = -65.0
 """Noise of the clean condition [dB full scale]."""
-_HEAD_START = 0.1
-"""An utterance ends this long after its pause was noticed [s], or later: so much work is done by then."""
 _AUDIBLE = 0.02
 """Of the peak: what is softer is a pause."""
 
@@ -163,8 +162,9 @@ def evaluate_speech(
 class _Timed:
     """A recogniser that notes how much work the end of each utterance is."""
 
-    def __init__(self, recogniser: Recogniser) -> None:
+    def __init__(self, recogniser: Recogniser, head_start: float) -> None:
         self._recogniser = recogniser
+        self._head_start = head_start
         self.name = recogniser.name
         self.start, self.partial = recogniser.start, recogniser.partial
         self.finish_seconds: list[float] = []
@@ -183,7 +183,7 @@ class _Timed:
     def finish(self) -> Recognition:
         began = time.process_time()
         recognition = self._recogniser.finish()
-        self.finish_seconds.append(time.process_time() - began + max(0.0, self._pause_seconds - _HEAD_START))
+        self.finish_seconds.append(time.process_time() - began + max(0.0, self._pause_seconds - self._head_start))
         return recognition
 
 
@@ -194,7 +194,8 @@ def _hear(samples: Sequence[Sample], ears: Ears, snr: float | None, kind: Noise)
     stops: list[StopSignal] = []
     bus.on(UTTERANCE, utterances.append)
     bus.on(SPEECH_STOP, stops.append)
-    recogniser = _Timed(ears.make_recogniser())
+    # An utterance ends this long after its pause was noticed, or later.
+    recogniser = _Timed(ears.make_recogniser(), ears.config.end_silence_complete - TRAILING)
     listener = Listener(
         bus, clock, ArraySource(sound), (), ears.config,
         is_complete=ears.is_complete, is_stop=lambda text: bool(text) and ears.intent(text) == "stop",

@@ -55,6 +55,7 @@ def choose_recogniser(config: SpeechConfig, sentences: Sequence[str]) -> ChosenR
         return ChosenRecogniser(WhisperRecogniser(found, sentences), "its weights are on this machine")
     absent = f"the weights of Whisper {config.whisper_model} are not on this machine"
     if found := packaged_weights():
-        whisper = WhisperRecogniser(found, sentences, SphinxRecogniser(sentences, judges=False))
+        # So small a model loses more time with several threads, which wait for each other, than it gains.
+        whisper = WhisperRecogniser(found, sentences, SphinxRecogniser(sentences, judges=False), threads=1)
         return ChosenRecogniser(whisper, f"{absent}, but those of {PACKAGED} are installed")
     return ChosenRecogniser(SphinxRecogniser(sentences), f"{absent}, nor are those of {PACKAGED}")

@@ -1,6 +1,7 @@
 """Takes the robot's own voice and steady noise out of what the microphone hears, with WebRTC's audio processing."""
 
 import importlib.util
+from collections import deque
 from typing import Any
 
 import numpy as np
@@ -21,8 +22,12 @@ _JOINED = 0.002
 _NOISY, _QUIET = -50.0, -54.0
 """Level of the background from which on noise is lowered, and under which it is not any more [dB full scale]: in a
 quiet room that would only take from the speech."""
+_ALMOST_NOISY = -58.0
+"""From this level on [dB full scale] the noise is followed, so that it is known when it has to be lowered."""
 _LOOKED_AT = 50
 """So many blocks pass between two looks at the background."""
+_LEARNS_FROM = 200
+"""So many blocks tell the noise: after a sudden one, those that were heard last."""
 
 
 def make_cleaner(config: SpeechConfig, *, self_talk: bool) -> "EchoCanceller | None":
@@ -64,7 +69,8 @@ class EchoCanceller:
         self._cancels, self._suppresses = echo_cancellation, noise_suppression
         self._background = Background(LATENCY)
         self._blocks = 0
-        self._is_noisy = False
+        self._is_noisy = self._follows = False
+        self._latest: deque[Samples] = deque(maxlen=_LEARNS_FROM)
         self._resampler: Any = None
         self._played: Samples = np.zeros(0, np.float32)
         self._played_from = 0
@@ -118,16 +124,23 @@ class EchoCanceller:
             block = self._through(self._echo, block)
         if not self._suppresses:
             return block
-        # It runs also where it is not needed, so that it knows the noise when it is.
+        self._look_at_background(block)
+        if not self._follows:
+            self._latest.append(block)
+            return block
         lowered = self._through(self._noise, block)
-        return lowered if self._in_noise(block) else block
+        return lowered if self._is_noisy else block
 
-    def _in_noise(self, block: Samples) -> bool:
+    def _look_at_background(self, block: Samples) -> None:
         self._background.accept(level(block))
         self._blocks += 1
-        if self._blocks % _LOOKED_AT == 0:
-            self._is_noisy = self._background.level > (_QUIET if self._is_noisy else _NOISY)
-        return self._is_noisy
+        if self._blocks % _LOOKED_AT:
+            return
+        loudness = self._background.level
+        self._is_noisy = loudness > (_QUIET if self._is_noisy else _NOISY)
+        self._follows = loudness > _ALMOST_NOISY
+        while self._follows and self._latest:
+            self._through(self._noise, self._latest.popleft())
 
     def _through(self, processing: Any, block: Samples) -> Samples:
         frame = self._frame(block)

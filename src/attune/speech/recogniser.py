@@ -48,7 +48,7 @@ class Recognition:
 
 
 class Recogniser(Protocol):
-    """Recognises one utterance at a time: start, accept (many times), finish.
+    """Recognises one utterance at a time: start, accept (many times), finish; after more sound, finish again.
 
     The calls may block (some milliseconds for each frame, more for `finish`), so they are made in worker threads; one
     thread at a time.

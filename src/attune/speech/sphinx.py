@@ -58,8 +58,8 @@ class SphinxRecogniser:
     Args:
         sentences: What people may say: lower case, no punctuation. Their words are all it can hear.
         cache: Folder for built models; None is the user's cache.
-        judges: Whether it tells talk of the domain from other talk. If another recogniser does that, the model of
-            everyday English need not run.
+        judges: Whether it decides alone, also whether talk is of the domain. Beside another recogniser neither the
+            model of everyday English nor a second pass over the utterance is needed.
 
     Raises:
         UnpronounceableWordError: A word cannot be learned, so it would be dropped in silence.
@@ -71,7 +71,10 @@ class SphinxRecogniser:
         folder = _build(sentences, cache or Path(platformdirs.user_cache_dir("attune")) / "speech")
         models = Path(pocketsphinx.get_model_path()) / "en-us"
         common = {"hmm": str(models / "en-us"), "loglevel": "FATAL"}
-        self._domain = pocketsphinx.Decoder(lm=str(folder / "domain.arpa"), dict=str(folder / "domain.dict"), **common)
+        # The second pass gains little where another recogniser's readings compete, and is all the work at the end.
+        self._domain = pocketsphinx.Decoder(
+            lm=str(folder / "domain.arpa"), dict=str(folder / "domain.dict"), fwdflat=judges, **common
+        )
         # Only its score is used: few hypotheses, one pass.
         self._everyday = pocketsphinx.Decoder(
             lm=str(models / "en-us.lm.bin"), dict=str(folder / "everyday.dict"), fwdflat=False, bestpath=False,
@@ -83,6 +86,8 @@ class SphinxRecogniser:
         self._mean = self._begun_with = np.array(_USUAL_MEAN)
         self._knows_channel = False
         self._known_frames = 0
+        self._is_over = False
+        self._before = (self._mean, self._known_frames)
         self._words = (folder / "domain.dict").read_text("utf-8").count("\n")
         if unknown := [word for word in self._fit.words if not self._domain.lookup_word(word)]:
             raise UnpronounceableWordError(unknown)
@@ -95,11 +100,15 @@ class SphinxRecogniser:
     def start(self) -> None:
         """Begin an utterance."""
         self._heard.clear()
+        self._is_over = False
+        self._before = (self._mean, self._known_frames)
         self._begin(self._mean)
         self._knows_channel = self._known_frames >= _KNOWN_AFTER
 
     def accept(self, samples: Samples) -> None:
         """Take the next samples, 16 kHz mono."""
+        if self._is_over:
+            self._go_on()
         data = pcm16(samples)
         self._heard.append(data)
         self._process(data)
@@ -116,10 +125,11 @@ class SphinxRecogniser:
         return self.partial()
 
     def finish(self) -> Recognition:
-        """End the utterance: about 60 ms."""
+        """End the utterance: 60 ms of work if it decides alone."""
         if not self._knows_channel:
             self._begin_anew()
         recognition = self._end()
+        self._is_over = True
         if recognition.text:
             frames, mean = self._channel()
             self._mean = self._with_mean(frames, mean)
@@ -130,7 +140,16 @@ class SphinxRecogniser:
         """Decode what was heard of this utterance again, with a mean that it counts in."""
         for decoder in self._decoders:
             decoder.end_utt()
-        self._begin(self._with_mean(*self._channel()))
+        self._decode_again(self._with_mean(*self._channel()))
+
+    def _go_on(self) -> None:
+        """The utterance had not ended: the decoders, which have ended it, decode what was heard of it again."""
+        self._is_over = False
+        mean, (self._mean, self._known_frames) = self._mean, self._before
+        self._decode_again(mean)
+
+    def _decode_again(self, mean: Mean) -> None:
+        self._begin(mean)
         for data in self._heard:
             self._process(data)
         self._knows_channel = True

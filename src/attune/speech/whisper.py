@@ -15,7 +15,7 @@ from attune.speech.audio import SAMPLE_RATE, Samples
 from attune.speech.confidence import WrittenReading, signal_to_noise
 from attune.speech.domain_fit import DomainFit
 from attune.speech.recogniser import RecognisedWord, Recogniser, Recognition
-from attune.speech.whisper_model import WINDOW, Encoded, Hypothesis, WhisperModel
+from attune.speech.whisper_model import WINDOW, Encoded, Hypothesis, Scored, WhisperModel
 from attune.speech.whisper_weights import require_whisper
 
 _BEAM = 5
@@ -60,7 +60,7 @@ class _Read:
 
 
 class WhisperRecogniser:
-    """Whisper. It reads an utterance when the person pauses, so that the text is there when the utterance ends.
+    """Whisper. An utterance is recognised when the person pauses, so that the text is there when it ends.
 
     Args:
         weights: Folder of converted weights; see `whisper_weights`.
@@ -87,7 +87,7 @@ class WhisperRecogniser:
         self._sound: list[Samples] = []
         self._seconds = self._partial_until = 0.0
         self._partial = ""
-        self._read: list[_Read] | None = None
+        self._recognised: Recognition | None = None
         # The first decoding, which is slower, is behind us.
         self._decode(np.zeros(SAMPLE_RATE, np.float32), beam=1)
 
@@ -100,7 +100,10 @@ class WhisperRecogniser:
 
     def start(self) -> None:
         """Begin an utterance."""
-        self._forget()
+        self._sound = []
+        self._seconds = self._partial_until = 0.0
+        self._partial = ""
+        self._recognised = None
         if self._second:
             self._second.start()
 
@@ -108,14 +111,14 @@ class WhisperRecogniser:
         """Take the next samples, 16 kHz mono."""
         self._sound.append(samples)
         self._seconds += len(samples) / SAMPLE_RATE
-        self._read = None
+        self._recognised = None
         if self._second:
             self._second.accept(samples)
 
     def partial(self) -> str:
         """What has been understood so far. Whisper alone lags behind, and waits for a pause of who talks for long."""
-        if self._read is not None:
-            return self._partial
+        if self._recognised is not None:
+            return self._recognised.text
         if self._second:
             return self._second.partial()
         if self._seconds - self._partial_until >= _NEW_SOUND and (self._on_gpu or self._seconds <= _EARLY):
@@ -126,19 +129,24 @@ class WhisperRecogniser:
         return self._partial
 
     def at_pause(self) -> str:
-        """The text if the utterance ends here, some 0.1 s of work, which `finish` need not do again."""
+        """The text if the utterance ends here: some 0.2 s of work, after which `finish` has nothing more to do."""
         self._partial_until = self._seconds
-        self._partial = " ".join(part.texts[0] for part in self._reading() if part.texts and not part.nobody)
+        self._partial = self.finish().text
         return self._partial
 
     def finish(self) -> Recognition:
-        """End the utterance: Whisper's readings and the other recogniser's compete."""
-        sound, read = self._heard(), self._reading()
+        """End the utterance."""
+        if self._recognised is None:
+            self._recognised = self._recognise()
+        return self._recognised
+
+    def _recognise(self) -> Recognition:
+        """Whisper's readings and the other recogniser's compete."""
+        sound, size = self._heard(), int(WINDOW * SAMPLE_RATE)
+        read = [self._read_part(sound[start : start + size]) for start in range(0, len(sound), size)]
         other = self._second.finish() if self._second else None
-        self._forget()
         if len(read) == 1:
             return self._decide(read[0], sound, other)
-        size = int(WINDOW * SAMPLE_RATE)
         said = [
             (self._decide(part, sound[index * size : (index + 1) * size], None), index * WINDOW)
             for index, part in enumerate(read)
@@ -157,21 +165,8 @@ class WhisperRecogniser:
             ),
         )
 
-    def _forget(self) -> None:
-        self._sound = []
-        self._seconds = self._partial_until = 0.0
-        self._partial = ""
-        self._read = None
-
     def _heard(self) -> Samples:
         return np.concatenate(self._sound) if self._sound else np.zeros(0, np.float32)
-
-    def _reading(self) -> list[_Read]:
-        """Of each 30 s."""
-        if self._read is None:
-            sound, size = self._heard(), int(WINDOW * SAMPLE_RATE)
-            self._read = [self._read_part(sound[start : start + size]) for start in range(0, len(sound), size)]
-        return self._read
 
     def _read_part(self, sound: Samples) -> _Read:
         hypotheses, encoded, nobody = self._decode(sound, beam=_BEAM)
@@ -192,18 +187,17 @@ class WhisperRecogniser:
         if read.nobody and not agreed:
             return Recognition()
         rivals = firsts if agreed else dict.fromkeys((*read.texts[:2], *others))
-        scores = {text: self._model.score(read.encoded, text) for text in rivals}
-        ranked = sorted(scores, key=lambda text: self._with_domain(scores[text][0], text), reverse=True)
+        scores = dict(zip(rivals, self._model.score(read.encoded, list(rivals)), strict=True))
+        ranked = sorted(scores, key=lambda text: self._with_domain(scores[text].log_probability, text), reverse=True)
         if not ranked:
             return Recognition()
         best = ranked[0]
-        score, tokens = scores[best]
         telling = self._domain.telling_words(best)
         alike = all(list(self._domain.telling_words(text)) == list(telling) for text in firsts)
         reading = WrittenReading(
             fit=self._domain.fit(best),
             telling_words=sum(telling.values()),
-            tokens=score / max(1, tokens),
+            tokens=scores[best].mean_log_probability,
             agreed=0.5 if other is None else float(alike and bool(others)),
             snr=signal_to_noise(sound),
         )
@@ -213,7 +207,7 @@ class WhisperRecogniser:
             alternatives=tuple(dict.fromkeys(text for text in more if text != best)),
             confidence=reading.confidence,
             in_domain=reading.in_domain,
-            words=other.words if other and other.text == best else self._words(best, read.encoded),
+            words=other.words if other and other.text == best else self._words(scores[best], read.encoded.seconds),
             log_mel=read.encoded.features,
         )
 
@@ -227,11 +221,11 @@ class WhisperRecogniser:
         hypotheses, nobody = self._model.decode(encoded, beam=beam, hot_words=self.hot_words if self._on_gpu else ())
         return hypotheses, encoded, nobody
 
-    def _words(self, text: str, encoded: Encoded) -> tuple[RecognisedWord, ...]:
+    def _words(self, scored: Scored, seconds: float) -> tuple[RecognisedWord, ...]:
         words = []
-        for written, start, end, probability in self._model.words(text, encoded):
+        for written, start, end, probability in self._model.words(scored):
             if word := plain(written):
-                first, last = (min(time, encoded.seconds) for time in (start, end))
+                first, last = (min(time, seconds) for time in (start, end))
                 words.append(RecognisedWord(word, first, max(first, last), probability))
         return tuple(words)
 

@@ -22,6 +22,7 @@ WINDOW = 30.0
 """Whisper sees so much sound at once [s]."""
 _FRAMES_PER_SECOND = 100
 """Of the features; the encoder makes one of two."""
+_STATES_PER_SECOND = _FRAMES_PER_SECOND // 2
 _PADDING = 1.0
 """Silence that is encoded with the utterance [s]."""
 _SILENCE = 5.0
@@ -64,15 +65,38 @@ class Encoded:
     Attributes:
         states: Of the encoder.
         features: Log-mel features of the sound.
+        scored: Of the states, those that texts are scored against, as an array; None takes `states`. A text that is
+            given does not repeat itself, so it needs no silence behind it, which takes time.
     """
 
     states: Any
     features: Features
+    scored: Features | None = None
 
     @property
     def seconds(self) -> float:
         """Length of the sound."""
         return int(self.features.shape[-1]) / _FRAMES_PER_SECOND
+
+
+@dataclass(frozen=True, slots=True)
+class Scored:
+    """How well a text fits the sound.
+
+    Attributes:
+        log_probability: Sum over the tokens (natural logarithm).
+        tokens: Of the text.
+        aligned: What CTranslate2 found.
+    """
+
+    log_probability: float
+    tokens: tuple[int, ...]
+    aligned: Any
+
+    @property
+    def mean_log_probability(self) -> float:
+        """Of a token."""
+        return self.log_probability / max(1, len(self.tokens))
 
 
 class WhisperModel:
@@ -112,10 +136,10 @@ class WhisperModel:
             return Encoded(self._model.encode(_padded(features, WINDOW)), features)
         from ctranslate2 import StorageView
 
-        states = np.asarray(self._model.encode(_padded(features, seconds + _PADDING)))
+        states = np.array(self._model.encode(_padded(features, seconds + _PADDING)))
         length = states.shape[1]
         silence = self._silence[:, length : length + round(_SILENCE * _FRAMES_PER_SECOND / 2)]
-        return Encoded(StorageView.from_array(np.concatenate([states, silence], axis=1)), features)
+        return Encoded(StorageView.from_array(np.concatenate([states, silence], axis=1)), features, states)
 
     def decode(
         self, encoded: Encoded, *, beam: int = 1, hot_words: Sequence[str] = ()
@@ -147,31 +171,47 @@ class WhisperModel:
         ]
         return found, float(result.no_speech_prob)
 
-    def score(self, encoded: Encoded, text: str) -> tuple[float, int]:
-        """How likely the sound makes a text: logarithm of the probability of its tokens, and their number.
+    def score(self, encoded: Encoded, texts: Sequence[str]) -> list[Scored]:
+        """How likely the sound makes each of some texts.
 
         Args:
             encoded: The sound.
-            text: Lower case, no punctuation; it is scored as Whisper would write it.
+            texts: Lower case, no punctuation; each is scored as Whisper would write it.
         """
-        tokens = self._tokens(text)
-        [aligned] = self._model.model.align(
-            encoded.states, self._tokenizer.sot_sequence, [tokens], round(encoded.seconds * _FRAMES_PER_SECOND)
+        from ctranslate2 import StorageView
+
+        if not texts:
+            return []
+        tokens = [self._tokens(text) for text in texts]
+        states = np.asarray(encoded.states) if encoded.scored is None else encoded.scored
+        found = self._model.model.align(
+            StorageView.from_array(np.repeat(states, len(texts), axis=0)),
+            self._tokenizer.sot_sequence,
+            tokens,
+            [round(encoded.seconds * _FRAMES_PER_SECOND)] * len(texts),
         )
-        return sum(math.log(max(float(p), _LEAST)) for p in aligned.text_token_probs), len(tokens)
+        return [
+            Scored(sum(math.log(max(float(p), _LEAST)) for p in each.text_token_probs), tuple(said), each)
+            for said, each in zip(tokens, found, strict=True)
+        ]
 
     def text(self, tokens: Sequence[int]) -> str:
         """The text of tokens, as Whisper writes it."""
         return str(self._tokenizer.decode(list(tokens)))
 
-    def words(self, text: str, encoded: Encoded) -> list[tuple[str, float, float, float]]:
+    def words(self, scored: Scored) -> list[tuple[str, float, float, float]]:
         """Each word of a text, as it is written: text, start and end [s], probability."""
-        text_tokens = self._tokens(text)
-        frames = round(encoded.seconds * _FRAMES_PER_SECOND)
-        [aligned] = self._model.find_alignment(self._tokenizer, [text_tokens], encoded.states, frames) or [[]]
-        return [
-            (word["word"], float(word["start"]), float(word["end"]), float(word["probability"])) for word in aligned
-        ]
+        begins: dict[int, float] = {}
+        for token, frame in scored.aligned.alignments:
+            begins.setdefault(token, frame / _STATES_PER_SECOND)
+        words, tokens = self._tokenizer.split_to_word_tokens([*scored.tokens, self._tokenizer.eot])
+        said, first = [], 0
+        for word, of_word in zip(words[:-1], tokens[:-1], strict=True):
+            last = first + len(of_word)
+            probability = float(np.mean(scored.aligned.text_token_probs[first:last]))
+            said.append((word, begins[first], begins[last], probability))
+            first = last
+        return said
 
     def _tokens(self, text: str) -> list[int]:
         """Of a text, as Whisper would write it."""
