@@ -20,7 +20,7 @@ _SHORTEST_SPEECH = 0.1
 """Less voice than this in an utterance is a noise [s]."""
 _QUIET_AFTER = 0.2
 """After such a pause nobody is speaking at the moment [s]; the utterance may still go on."""
-_TRAILING = 0.4
+TRAILING = 0.4
 """So much after the voice still belongs to the utterance [s]: soft last sounds, and the silence that ends a word."""
 _WORD = 0.4
 """Longest time from the beginning of a short word to its being recognised [s]."""
@@ -145,7 +145,7 @@ class Endpointer:
     @property
     def pausing(self) -> bool:
         """Whether an utterance pauses for so long that what sounds now is no part of it, unless its voice returns."""
-        return self.active and self._now - self._end >= _TRAILING
+        return self.active and self._now - self._end >= TRAILING
 
     @property
     def noise_so_far(self) -> bool:
