@@ -56,7 +56,7 @@ class Example:
     command: CommandIntent
 
 
-def read(paths: Sequence[Path]) -> list[Example]:
+def read(paths: Iterable[Path]) -> list[Example]:
     """The written sentences of these files."""
     interpreter = GrammarInterpreter(scene_lexicon(load_scene()))
     examples = []

@@ -60,7 +60,8 @@ _TELLS_WHAT_SOMEBODY_SAYS = re.compile(
     r"goes|told (?:me|him|her|us|them)) (?:, |to |that )?(?:please )?(?:bring|fetch|get|give|pass|put|hand|take)\b"
 )
 _REPORTS = re.compile(
-    r"^(?:(?:and|so|but|then|well|the|my|our|his|her) )*(?!i |we |you |please |robot )\w+ (?:then |just )?(?:said|says|"
+    r"^(?!.* you (?:should|must|have to|need to|ought to|can|may) (?:stop|wait|halt|pause)\b)"
+    r"(?:(?:and|so|but|then|well|the|my|our|his|her) )*(?!i |we |you |please |robot )\w+ (?:then |just )?(?:said|says|"
     r"whispered|shouted|yelled|replied|cried|screamed|sang|was like|is like) (?:, )?(?=\w+ )"
 )
 

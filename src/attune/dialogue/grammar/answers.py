@@ -124,6 +124,10 @@ def _options(text: str, context: Context, reader: PhraseReader, whole: str) -> t
     return tuple(dict.fromkeys(options))
 
 
+_REFUSED = re.compile(
+    r"\b(?:no|without|not (?:want |need |fancy |like )?(?:any )?) ?T(\d+)(?! instead)|"
+    r"^(?:(?:no|thanks|thank you|oh|well|,) )*(?:no|thanks)(?: ,)? (?:i|we) (?:already )?(?:have|have got) T(\d+)"
+)
 _BRING_IT = re.compile(
     r"(?:(?:yes|please|okay|sure|go on|go ahead|why not|do|oui|then|and|,) ?)+(?:bring|fetch|get|take)"
     r"(?: (?:it|that|them|me that|me it|please|over|,))*"
@@ -142,6 +146,8 @@ def read_answer(text: str, sentence: Sentence, question: Question, context: Cont
     text = text.strip(" .,?")
     if len(question.options) == 1 and _BRING_IT.fullmatch(text):
         return _chosen(question.options)
+    if len(question.options) == 1 and _refuses(text, sentence, question.options[0]):
+        return Interpretation(intent="deny", confidence=0.9, reason="does not want what was offered")
     if _REQUEST.search(text) or _ASKS.match(text):
         return None
     if question.kind == "place":
@@ -198,6 +204,13 @@ def read_answer(text: str, sentence: Sentence, question: Question, context: Cont
         if len(kinds) == 1:
             return _chosen((replace(things[0].spec, type=kinds.pop()),))
     return None
+
+
+def _refuses(text: str, sentence: Sentence, offered: ObjectSpec) -> bool:
+    """Whether it is refused by its name: "no milk, thanks", "I'm fine without milk", "no, I've got a plate already"."""
+    refused = [match[1] or match[2] for match in _REFUSED.finditer(text)]
+    things = [sentence.things[int(number)] for number in refused]
+    return any(not thing.definite and is_described_by(thing.spec, offered) for thing in things)
 
 
 def _names_something_else(text: str, sentence: Sentence, options: tuple[ObjectSpec, ...]) -> bool:

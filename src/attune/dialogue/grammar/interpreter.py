@@ -12,6 +12,7 @@ from attune.dialogue.grammar.addressee import is_for_someone_else, who_is_called
 from attune.dialogue.grammar.answers import read_answer, read_question
 from attune.dialogue.grammar.breakfast import wants_breakfast
 from attune.dialogue.grammar.clauses import ClauseCutter, Sentence, skeleton
+from attune.dialogue.grammar.command_judge import CommandJudge
 from attune.dialogue.grammar.corrections import settle
 from attune.dialogue.grammar.decision import (
     answering,
@@ -49,6 +50,7 @@ _CUT_OFF = re.compile(
     r"\b(?:put|place|set|lay|leave|stand|move)(?: \S+){0,3}? T\d+ (?:on|in|at|by|under|next to|inside)[ .,]*$|"
     r"\b(?:put|place|set|lay|leave) (?:it|that|them|this) (?:on|in|at|by|under|next to)[ .,]*$|\band put it[ .,]*$|"
     r"\bT\d+\b.*\b(?:to|in|on|from|into|onto|at) (?:the|a|an|my|our)[ .,]*$|"
+    r"\bT\d+ , (?:the|a|an|my)[ .,]*$|"
     r"\bT\d+ (?:(?:to|and|or|from|into|onto)(?: the| a| my)?|(?:on|in|of|with|at) (?:the|a|my))[ .,]*$"
 )
 _BEFORE_A_NAME = words(
@@ -67,12 +69,13 @@ class GrammarInterpreter:
 
     Args:
         lexicon: The words it knows; each context's scene adds its own.
+        judge: Weighs whole sentences; the one that comes with Attune by default.
     """
 
-    def __init__(self, lexicon: Lexicon | None = None) -> None:
+    def __init__(self, lexicon: Lexicon | None = None, judge: CommandJudge | None = None) -> None:
         self._lexicon = lexicon or load_lexicon()
         self._cutter = ClauseCutter(self._lexicon)
-        self._judge = SecondOpinion(self._cutter)
+        self._judge = SecondOpinion(self._cutter, judge)
         self._extended: OrderedDict[tuple[ObjectSpec, ...], tuple[Lexicon, PhraseReader]] = OrderedDict()
 
     async def interpret(self, text: str, context: Context) -> Interpretation:

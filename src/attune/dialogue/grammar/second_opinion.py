@@ -9,7 +9,8 @@ from attune.core.messages import ObjectSpec
 from attune.dialogue.context import Context
 from attune.dialogue.grammar import frames
 from attune.dialogue.grammar.clauses import ClauseCutter, Sentence
-from attune.dialogue.grammar.command_model import COMMANDS, load_command_model
+from attune.dialogue.grammar.command_judge import CommandJudge, load_command_judge
+from attune.dialogue.grammar.command_model import COMMANDS
 from attune.dialogue.grammar.corrections import settle
 from attune.dialogue.grammar.second_reading import SecondReading
 from attune.dialogue.grammar.stopping import without_denied_stops
@@ -30,7 +31,7 @@ SOMEBODY_CALLED = 0.85
 class Limits:
     """How much likelier no command has to be than the one that the rules found, as logarithms of odds.
 
-    Chosen on sentences that neither the rules nor the model had seen (`scripts/train_command_model.py --check` makes
+    Chosen on sentences that neither the rules nor the model had seen (`scripts/check_command_models.py` makes
     such models), so that few commands are lost: a question costs a person a word, a false movement more.
 
     Attributes:
@@ -43,22 +44,22 @@ class Limits:
 
 
 _LIMITS = {
-    "bring_me": Limits(0.0, 1.2), "setting_breakfast": Limits(0.2, 1.2), "change_location": Limits(0.0, 1.5),
-    "replace_object": Limits(1.5, 3.0), "stop": Limits(3.0, 3.0),
+    "bring_me": Limits(-0.5, 2.0), "setting_breakfast": Limits(-0.3, 2.0), "change_location": Limits(-0.5, 2.0),
+    "replace_object": Limits(1.0, 3.0), "stop": Limits(6.0, 6.0),
 }  # fmt: skip
 _ANSWERS = Limits(2.0, 3.0)
 _CALLED, _FRAMED, _POINTS = 1.5, 0.8, 0.5
 """So much later is doubted who calls the robot, who asks "could you ...", who points at what the robot is about."""
 _EXPRESSLY = 0.95
 """The rules' confidence in a request to "you"."""
-_ANOTHER_COMMAND = {"bring_me": 1.5, "replace_object": 4.0}
+_ANOTHER_COMMAND = {"bring_me": 2.0, "replace_object": 5.0}
 """How much likelier another command has to be; less for what people mix up."""
-_ANOTHER_THAN_THE_REST = 2.0
-_NONE_FOUND = 2.0
+_ANOTHER_THAN_THE_REST = 2.5
+_NONE_FOUND = 2.5
 """How much likelier a command has to be than none, where the rules found none."""
-_SOMEBODY_ELSE_CALLED = 3.0
-_A_STOP = {True: -0.4, False: 0.3}
-"""The same for a stop, of a robot that is at work or not: missing one is worse than stopping for nothing."""
+_SOMEBODY_ELSE_CALLED = 5.0
+_A_STOP = {True: 0.3, False: -0.2}
+"""The same for a stop, of a robot that is at work or not: one that has nothing to do loses nothing by stopping."""
 _LIKELIER_THAN_NOT = 0.5
 _SURE = 0.9
 _SHORT = 4
@@ -82,11 +83,12 @@ class SecondOpinion:
 
     Args:
         cutter: Cuts sentences into clauses.
+        judge: Weighs whole sentences; the one that comes with Attune by default.
     """
 
-    def __init__(self, cutter: ClauseCutter) -> None:
+    def __init__(self, cutter: ClauseCutter, judge: CommandJudge | None = None) -> None:
         self._cutter = cutter
-        self._model = load_command_model()
+        self._judge = judge or load_command_judge()
 
     def weighed(
         self, meaning: Interpretation, sentence: Sentence, context: Context, lexicon: Lexicon,
@@ -104,7 +106,7 @@ class SecondOpinion:
         if _ABOUT_MEMORY.search(sentence.skeleton):
             return meaning
         found = meaning.intent if meaning.intent in COMMANDS else "other"
-        judged = self._model.judge(sentence, context, lexicon)
+        judged = self._judge.judge(sentence, context, lexicon)
         if found != "other":
             answering = bool(context.pending_question) and found in INSTRUCTIONS
             doubted = self._doubted(meaning, found, judged, sentence, context, answering=answering)
@@ -170,13 +172,13 @@ class SecondOpinion:
         """Whether what follows a stop only explains it, as far as the model is sure."""
         if _EXPLAINS.search(after):
             return True
-        return self._model.judge(replace(sentence, skeleton=after), context, lexicon)["other"] > _LIKELIER_THAN_NOT
+        return self._judge.judge(replace(sentence, skeleton=after), context, lexicon)["other"] > _LIKELIER_THAN_NOT
 
     def instruction(
         self, after: str, sentence: Sentence, context: Context, lexicon: Lexicon, said: Sequence[ObjectSpec]
     ) -> Interpretation | None:
         """The instruction that follows a stop, where the model is sure that there is one."""
-        judged = self._model.judge(replace(sentence, skeleton=after), context, lexicon)
+        judged = self._judge.judge(replace(sentence, skeleton=after), context, lexicon)
         command = max(COMMANDS, key=lambda name: judged[name])
         if command not in INSTRUCTIONS or judged[command] < _SURE:
             return None

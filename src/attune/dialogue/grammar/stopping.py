@@ -2,20 +2,20 @@
 
 import re
 
+from attune.dialogue.words import words
+
 _SOFT_END = (
     r"(?: (?:please|now|robot|at once|immediately|right now|already|will you|would you|okay|thanks|"
-    r"thank you|for now|then|all right))*"
+    r"thank you|for now|then|all right|for (?:a|one|two|five|ten) (?:moments?|minutes?|seconds?|secs?|bit|while)))*"
 )
-_BEFORE = (
-    r"(?:^|(?<=[.,?] )|(?<=no )|(?<=wait )|(?<=please )|(?<=robot )|(?<=hey )|(?<=okay )|(?<=actually )|"
-    r"(?<=just )|(?<=oh )|"
-    r"(?<=sorry )|(?<=well )|(?<=and )|(?<=you )|(?<=then )|(?<=but )|(?<=so )|(?<=said )|(?<=yes )|(?<=now )|"
-    r"(?<=or ))"
+_MAY_COME_BEFORE = words(
+    "no wait please robot hey okay actually just oh sorry well and you then but so said yes now or"
 )
+_BEFORE = rf"(?:^|(?<=[.,?] )|{'|'.join(f'(?<=@{word} )' for word in sorted(_MAY_COME_BEFORE))})".replace("@", r"\b")
 
 NOT_A_STOP = re.compile(
-    r"\b(?:please )?(?:(?<!why )do not (?:you )?(?:ever |even think about |just )?(?:stop(?:ping)?|freeze|halt|pause|"
-    r"give up|wait)|"
+    r"\b(?:please )?(?:(?<!why )do not (?:you )?(?:ever |even think about |just |dare (?:to )?)?"
+    r"(?:stop(?:ping)?|freeze|halt|pause|give up|wait)|"
     r"never stop|(?:you )?do not (?:have|need) to (?:stop|wait|pause|halt)|no need to (?:stop|wait|pause|halt)|"
     r"not (?:have|need) to stop|"
     r"(?:i )?(?:was|am) not (?:telling|asking|talking to|ordering) you(?: to)? (?:stop|wait|halt)|"
@@ -40,6 +40,9 @@ _STOP_EXCLUDED_BEFORE = re.compile(
     r"someone|everyone|somebody|deep|coffee|pee|quick|short)"
     r"|(?<!i )(?<!just )(?<!i have )\b(?:said|says|shouted|shouts|yelled|yells|screamed|cried|shouting|yelling|saying|"
     r"was like|told (?:me|us|him|her|them))(?: to| that)?(?: ,)?"
+    r"|\b(?:when|whenever|if|until|unless|once|time|because) (?:i|we|you|they|he|she) "
+    r"(?:say|said|shout|shouted|yell|yelled)(?: ,)?"
+    r"|\b(?:who|what|nobody|never|no one|why would i)(?: \w+){1,2} you(?: to)?"
     r"|\b(?:did|do|have) (?:i|we|you) (?:just |ever |really |even )?(?:say|said|hear|mean)(?: ,)?"
     r"|\b(?:never|not|word|about|written|reads|called) (?:\w+ )?(?:said|say|meant|mean|ask|asked)?(?: ,)?"
     r"|(?<!you )\b(?:could|would|will)|\b(?:i|we) (?:had|have) to"
@@ -53,7 +56,8 @@ _STOP_EXCLUDED_BEFORE = re.compile(
 _STOP_EXCLUDED_AFTER = re.compile(
     rf"^ (?:(?!{_GERUNDS}\b)\w+ing\b(?! please)|by\b(?! P\d)|sign\b|light\b|watch\b|over\b|and smell|at the \w+\b|"
     rf"in the \w+\b|"
-    r"near\b|motion|button\b|words?\b|talk\b|(?:the|this|that|your|those) (?:music|car|bus|train|tv|television|"
+    r"(?:us|you|him|them)\b|near\b|motion|button\b|words?\b|talk\b|"
+    r"(?:the|this|that|your|those) (?:music|car|bus|train|tv|television|"
     r"radio|noise|oven|"
     r"kettle|washing|dog|cat|baby|kids|children|video|film|movie|bleeding|leak|fight|song|game|alarm|timer|"
     r"nonsense|war)\b)"
@@ -65,18 +69,21 @@ _TALK_STOP = re.compile(
 _WAIT = re.compile(
     rf"{_BEFORE}(?:(?:can|could|would|will) you |please |just )*(?:wait|hold on|hang on|hold it|hold up|pause|"
     rf"hold your horses|"
+    r"hang fire|would you mind waiting|(?:put|keep) (?:it|that|this|everything) on (?:hold|pause)|"
+    r"hold(?= *(?:[.,?]|$))|"
     r"(?:just )?(?:one|a) (?:moment|second|sec|minute|mo)|give me (?:a|one) (?:moment|second|sec|minute)|"
     r"not so fast|hold still|take a break|have a break|rest a moment)"
     r"(?: (?:a|one|just|second|sec|secs|seconds|minute|minutes|moment|mo|tick|please|for|me|there|up|now|while|"
     r"bit|here|robot|"
-    r"right|everything|it|little|couple|of|the|task|wait|hold|on|hang|then|okay|until .*|till .*|"
+    r"right|everything|it|little|couple|of|the|task|wait|hold|on|hang|then|okay|until (?!you (?:hear|see)).*|"
     r"what you are doing|to|think|let me think|"
     r"(?:i|somebody|someone|there|the (?:door|phone|bell|dog|cat|baby|kids|children)|he|she|they|we) "
     r"(?![^.?]*\b[TP]\d)[^.?]*|my \w+$|what|will|would|you|everyone|all|work|movement|your|on it))*(?= *(?:[.,?]|$))"
 )
 _ALL_OF_IT = (
     r"(?:it|that|this|them|everything|anything|all|all of (?:it|that|them)|the lot|"
-    r"the (?:\w+ )?(?:thing|lot|business|order|task|request|job|action|plan|command|delivery|one|idea|matter|errand)|"
+    r"(?:the|that|this|my) (?:\w+ )?(?:thing|lot|business|order|task|request|job|action|plan|command|delivery|one|idea|"
+    r"matter|errand)|(?:whatever|any|every) (?:task|job|order)(?: you have)?|"
     r"(?:the |my |that )?breakfast|my (?:\w+ )?(?:request|order|wish)|"
     r"what (?:i|you) (?:\w+ ){0,2}?(?:said|asked|wanted|doing|ordered|do)(?: for)?|i said anything|i asked)"
 )
@@ -96,7 +103,7 @@ _BREAK_OFF = (
     r"i would (?:like|prefer) (?:it if )?you (?:to )?(?:stopped|stop|waited|paused)|i want a (?:pause|break)"
 )
 _GIVE_UP = re.compile(
-    rf"{_BEFORE}(?:(?:can|could|would|will) (?:you|we) |please |just |let us |you can |you may |"
+    rf"{_BEFORE}(?:(?:can|could|would|will) (?:you|we) |we (?:can|could) |please |just |let us |you can |you may |"
     rf"you might as well |oh |i (?:want|need|would like) you to |i would say )*(?:"
     rf"never ?mind(?: (?:about )?{_ALL_OF_IT}| (?:that )?then| after all)(?! T\d)|never ?mind(?! (?:the|about|T\d)\b)|"
     rf"(?:forget|cancel|scrap|drop|scratch|skip|abandon|leave off|give up(?: on)?)(?: about)? {_ALL_OF_IT}(?: all)?|"
@@ -125,6 +132,9 @@ _GIVE_UP = re.compile(
     r"turn (?:yourself )?off|stand down|emergency(?: stop)?|"
     r"watch out|look out|hands off|do not|no more(?: of (?:this|that))?|break it off|time out|kill it|"
     r"let go of that plan|break|"
+    r"(?:i am|we are) cancelling (?:it|that|this|everything)|"
+    r"you (?:need not|do not (?:have|need) to) (?:bring|fetch|get|go|do)(?: (?:it|that|this|them|anything))*"
+    r"(?: any ?more| any ?longer| after all)?|do not bother(?: (?:with|about) T\d+)?|"
     r"i give up|undo that|discard that|you can leave it|that is not necessary any more|"
     r"it is not necessary any more|not any more|"
     r"back to idle|skip it|skip that|put an end to (?:it|that|this)|i am calling it off|"

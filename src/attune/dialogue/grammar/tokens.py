@@ -28,7 +28,8 @@ _CONTRACTIONS = {
     "wasnae": "was not", "o'": "of", "hol'": "hold",
     "wi'": "with", "an'": "and", "aye": "yes", "naw": "no", "summat": "something",
     "owt": "anything", "nowt": "nothing", "haud": "hold", "gotten": "got", "outta": "out of", "offa": "off",
-    "tae": "to", "ma": "my", "anymore": "any more", "'til": "until", "till": "until", "nevermind": "never mind",
+    "tae": "to", "nvm": "never mind", "'ang": "hang", "'old": "hold",
+    "ma": "my", "anymore": "any more", "'til": "until", "till": "until", "nevermind": "never mind",
 }  # fmt: skip
 
 HESITATIONS = words(
@@ -41,6 +42,7 @@ _THE_CUT_SHORT = re.compile(r"\bt['’](?=[a-z]{3})", re.IGNORECASE)
 _OUT_OF = re.compile(
     r"\b(out|oot) (?=(?:the|that|your|my|our) (?:\w+ )?(?:fridge|drawer|cupboard|cabinet|dishwasher)\b)"
 )
+_DRAWN_OUT = re.compile(r"([a-z])\1{2,}")
 _TOKEN = re.compile(
     r"\b(?:o|wi|an|hol)['’](?!\w)|[a-zäöüéèàç0-9]+(?:['’][a-z]+)*|['’][a-z]+|[.!?…]+|[,;:—–()\"]|\s-+\s", re.IGNORECASE
 )
@@ -76,6 +78,7 @@ def tokenize(text: str) -> list[Token]:
         capital = piece[0].isupper() and bool(tokens) and tokens[-1].text not in {".", "?"}
         if word in HESITATIONS:
             continue
+        word = _DRAWN_OUT.sub(r"\1", word)  # "stooop", "pleaaase"
         for part in _expand(word):
             tokens.append(Token(part, capital))
     while tokens and tokens[-1].text == ",":

@@ -1,0 +1,79 @@
+"""Measures how sentences of authors are understood whom neither the command model nor the network has seen.
+
+    python scripts/check_command_models.py embeddings.npz
+
+Leaves groups of authors out of the training in turn, and counts what the whole interpreter makes of their sentences:
+commands right, commands made from what was none, stops missed. Takes about half an hour on one core.
+"""
+
+import json
+import sys
+from collections import Counter
+from collections.abc import Iterable
+from pathlib import Path
+
+import torch
+import train_command_model
+import train_command_network
+from train_command_model import SENTENCES, read, sampled
+from train_command_network import Embeddings
+
+from attune.cli.understanding import COMMANDS, LineContext
+from attune.core.scene import load_scene
+from attune.dialogue.corpus import scene_lexicon
+from attune.dialogue.grammar.command_judge import CommandJudge
+from attune.dialogue.grammar.interpreter import GrammarInterpreter
+
+LEFT_OUT = (
+    ("round_6", "round_14"), ("round_7", "round_15"), ("round_8", "round_12"), ("round_9", "round_13"),
+    ("round_10", "round_16"), ("rounds_1_to_5", "round_17"), ("round_18",),
+)  # fmt: skip
+
+
+def judge_without(groups: Iterable[str], embeddings: Embeddings) -> CommandJudge:
+    """Trained on all other groups."""
+    examples = [*read(path for path in sorted(SENTENCES.glob("*.jsonl")) if path.stem not in set(groups)), *sampled()]
+    return CommandJudge(train_command_model.train(examples), train_command_network.train(examples, embeddings))
+
+
+def count(path: Path, interpreter: GrammarInterpreter) -> Counter[str]:
+    """What becomes of the sentences of one group."""
+    counts: Counter[str] = Counter()
+    for text in path.read_text("utf-8").splitlines():
+        line = json.loads(text)
+        meaning = interpreter.read(line["utterance"], LineContext.model_validate(line["context"]).context())
+        got, want = meaning.intent if meaning.intent in COMMANDS else "other", line["expect"]["command"]
+        counts["others" if want == "other" else "commands"] += 1
+        counts["right"] += want != "other" and got == want
+        counts["false"] += want == "other" and got != want
+        counts["stops"] += want == "stop"
+        counts["missed"] += want == "stop" and got != want
+    return counts
+
+
+def main() -> None:
+    """Leave out, train, count, print."""
+    torch.set_num_threads(1)
+    embeddings = Embeddings(Path(sys.argv[1]))
+    lexicon = scene_lexicon(load_scene())
+    total: Counter[str] = Counter()
+    for groups in LEFT_OUT:
+        interpreter = GrammarInterpreter(lexicon, judge_without(groups, embeddings))
+        for group in groups:
+            counts = count(SENTENCES / f"{group}.jsonl", interpreter)
+            total += counts
+            report(group, counts)
+    report("all", total)
+
+
+def report(name: str, counts: Counter[str]) -> None:
+    """One line."""
+    print(  # noqa: T201 - a script
+        f"{name}: {counts['right']} of {counts['commands']} commands right, {counts['false']} false of "
+        f"{counts['others']}, {counts['missed']} of {counts['stops']} stops missed",
+        flush=True,
+    )
+
+
+if __name__ == "__main__":
+    main()
