@@ -45,14 +45,16 @@ class Limits:
 
 _LIMITS = {
     "bring_me": Limits(-0.5, 2.0), "setting_breakfast": Limits(-0.3, 2.0), "change_location": Limits(-0.5, 2.0),
-    "replace_object": Limits(1.0, 3.0), "stop": Limits(6.0, 6.0),
+    "replace_object": Limits(1.0, 3.0),
 }  # fmt: skip
+_STOPS = {True: Limits(6.0, 6.0), False: Limits(4.0, 4.0)}
+"""Those of a stop, of a robot that is at work or not: missing one is worse than stopping for nothing."""
 _ANSWERS = Limits(2.0, 3.0)
 _CALLED, _FRAMED, _POINTS = 1.5, 0.8, 0.5
 """So much later is doubted who calls the robot, who asks "could you ...", who points at what the robot is about."""
 _EXPRESSLY = 0.95
 """The rules' confidence in a request to "you"."""
-_ANOTHER_COMMAND = {"bring_me": 2.0, "replace_object": 5.0}
+_ANOTHER_COMMAND = {"bring_me": 2.0, "replace_object": 7.0}
 """How much likelier another command has to be; less for what people mix up."""
 _ANOTHER_THAN_THE_REST = 2.5
 _NONE_FOUND = 2.5
@@ -68,11 +70,13 @@ _EXPLAINS = re.compile(r"\b(?:i|we) have (?:already )?(?:found|got) T\d+$")
 _YOU_STOP = re.compile(r"(?<!when )(?<!if )(?<!until )\byou (?:\w+ )?stop(?:ped)?\b")
 _ABOUT_MEMORY = re.compile(r"\b(?:forget|remember|erase|delete) (?:about )?(?:me|my name|who i am|everything about)\b")
 _CLEAR = re.compile(
-    r"(?:(?:please|okay|now|well|hey|hello|then|and|also|yes|thanks|just|(?:can|could|would|will) you|,) )*"
+    r"(?:(?:please|okay|now|well|hey|hello|good morning|then|and|also|yes|thanks|just|,|"
+    r"(?:can|could|would|will) you) )*"
     r"(?:(?:bring|get|fetch|give|pass|hand|take)(?: (?:me|us|over))? (?:T\d+|it|that|them)"
     r"(?:(?: ,)? and T\d+)*(?: P\d+){0,2}|"
     r"(?:put|place|set|leave) (?:T\d+|it|that|them) (?:down )?P\d+|"
-    r"(?:make|prepare|start|serve|bring|get|fix|set up|have)(?: (?:me|us|my|our|the|some|up))* breakfast)"
+    r"(?:(?:may|can|could) (?:i|we) have|make|prepare|start|serve|bring|get|fix|set up|have)"
+    r"(?: (?:me|us|my|our|the|some|up))* breakfast)"
     r"(?: (?:please|thanks|thank you|now|quickly|,|\.|\?))*"
 )
 """An order that is nothing else, and so is not doubted, unless somebody else is called."""
@@ -135,7 +139,7 @@ class SecondOpinion:
         told = sentence.called == "robot" or _YOU_STOP.search(sentence.skeleton)
         if (found == "stop" and (short or told)) or (answering and short):
             return None
-        limits = _ANSWERS if answering else _LIMITS[found]
+        limits = _ANSWERS if answering else _STOPS[context.busy] if found == "stop" else _LIMITS[found]
         later = (
             _CALLED * (sentence.called == "robot")
             + _FRAMED * (meaning.confidence >= _EXPRESSLY)
