@@ -49,6 +49,7 @@ _ORDERS = words("bring get fetch pass hand give put take grab leave find set lay
 _MODALS = words("can could would will")
 _ORDERS_TO_HAND = words("bring get fetch pass hand give put take grab")
 _AFTER_ORDER = words("me us the that those these this your my our it them a some him her")
+_NAMES_THAT_ARE_WORDS = words("will may mark grace hope rose sue pat bill art gene rob summer dawn joy people")
 _TWO_NAMES = 2
 _THIRD_PERSON = re.compile(
     r"^(?:needs|wants|would like|likes|is|has|was|said|says|asked|told|and|also|or|had|dropped|broke)\b"
@@ -97,6 +98,25 @@ def is_for_someone_else(tokens: Sequence[Token], lexicon: Lexicon) -> bool:  # n
         return False
     # "Leave it be, sweetheart" may be for the robot, but not "you take the fork, sweetie".
     return words[0] == "you" or words[end - 1] not in lexicon.robot
+
+
+def is_told_to_another(text: str, end: int, tokens: Sequence[Token], lexicon: Lexicon) -> bool:
+    """Whether a name follows an order to stop: "stop it, Tobi".
+
+    Args:
+        text: The skeleton.
+        end: Where the order ends in it.
+        tokens: The utterance; a capital within a sentence makes a name.
+        lexicon: The words of this situation.
+    """
+    called = re.match(r" (\w+)\b", text[end:].removeprefix(" ,"))
+    if called is None or called[1] in lexicon.robot:
+        return False
+    capitals = {token.text for token in tokens if token.capital} - {"i"}
+    if called[1] in capitals and len(capitals) < len(tokens) // 2:
+        return True
+    after_comma = text[:end].endswith(",") or text[end:].startswith(" ,")
+    return called[1] in lexicon.others - (frozenset() if after_comma else _NAMES_THAT_ARE_WORDS)
 
 
 def who_is_called(tokens: Sequence[Token], lexicon: Lexicon, *, left_out: int) -> Called:

@@ -8,7 +8,7 @@ from dataclasses import replace
 from attune.core.messages import ObjectSpec
 from attune.dialogue.context import Context
 from attune.dialogue.grammar import frames
-from attune.dialogue.grammar.addressee import is_for_someone_else, who_is_called
+from attune.dialogue.grammar.addressee import is_for_someone_else, is_told_to_another, who_is_called
 from attune.dialogue.grammar.answers import read_answer, read_question
 from attune.dialogue.grammar.breakfast import wants_breakfast
 from attune.dialogue.grammar.clauses import ClauseCutter, Sentence, skeleton
@@ -129,8 +129,8 @@ class GrammarInterpreter:
                 return Interpretation(intent="dont_stop", confidence=0.9, reason="asks not to stop")
             return whole
         start, end, words = stop
-        called = re.match(r" , (\w+)(?= [,.]|$)", stopless[end:])
-        if words not in _STOP_WORDS and called and called[1] in lexicon.others - lexicon.robot:
+        alone = words in _STOP_WORDS and stopless[start:end].strip(" ,") == words
+        if not (alone and context.busy) and is_told_to_another(stopless, end, tokens, lexicon):
             return Interpretation(intent="talk", confidence=SOMEBODY_CALLED, reason="somebody else is called")
         after = stopless[end:].strip(" ,.?")
         if after and _WAITS.match(words) and re.search(r"\b[TP]\d+\b", stopless[:start]):
@@ -150,6 +150,8 @@ class GrammarInterpreter:
             meaning = None  # "leave it, I've found one"
         if meaning and (meaning.intent in INSTRUCTIONS or meaning.intent in {"carry_on", "put_back"}):
             if meaning.intent in {"bring_me", "replace_object", "change_location"} and meaning.confidence < 0.5:
+                return Interpretation(intent="stop", confidence=0.9, reason=f"says {words!r}")
+            if meaning.intent == "setting_breakfast" and context.task and context.task.command == meaning.intent:
                 return Interpretation(intent="stop", confidence=0.9, reason=f"says {words!r}")
             if _GIVES_UP.match(words) or is_of_the_kind(meaning, context):
                 meaning = instead_of_given_up(meaning, after, context, said)

@@ -62,12 +62,17 @@ _NONE_FOUND = 2.5
 _SOMEBODY_ELSE_CALLED = 5.0
 _A_STOP = {True: 0.3, False: -0.2}
 """The same for a stop, of a robot that is at work or not: one that has nothing to do loses nothing by stopping."""
+_STOP_OF_ANOTHER = 1.5
+"""And so much more, where somebody else is called."""
 _LIKELIER_THAN_NOT = 0.5
 _SURE = 0.9
 _SHORT = 4
 """A stop or an answer of so few words is never doubted."""
 _EXPLAINS = re.compile(r"\b(?:i|we) have (?:already )?(?:found|got) T\d+$")
-_YOU_STOP = re.compile(r"(?<!when )(?<!if )(?<!until )\byou (?:\w+ )?stop(?:ped)?\b")
+_YOU_STOP = re.compile(
+    r"^(?:(?:please|hey|,) )*(?:can|could|would|will) you (?:please )?(?:stop|wait|pause|hold on|halt)\b|"
+    r"(?<!when )(?<!if )(?<!until )\byou (?:\w+ )?stop(?:ped)?\b"
+)
 _ABOUT_MEMORY = re.compile(r"\b(?:forget|remember|erase|delete) (?:about )?(?:me|my name|who i am|everything about)\b")
 _CLEAR = re.compile(
     r"(?:(?:please|okay|now|well|hey|hello|good morning|then|and|also|yes|thanks|just|,|"
@@ -166,9 +171,10 @@ class SecondOpinion:
             usual = found if likeliest != "stop" else ""
             needed = _ANOTHER_COMMAND.get(usual, _ANOTHER_THAN_THE_REST)
             return likeliest if _log_odds(judged, likeliest, found) > needed else found
-        if likeliest == "stop" and _log_odds(judged, "stop", "other") > _A_STOP[context.busy]:
-            return "stop"
         somebody_else = meaning.intent == "talk" and meaning.confidence >= SOMEBODY_CALLED
+        stop_needed = _A_STOP[context.busy] + _STOP_OF_ANOTHER * somebody_else
+        if likeliest == "stop" and _log_odds(judged, "stop", "other") > stop_needed:
+            return "stop"
         needed = _SOMEBODY_ELSE_CALLED if somebody_else else _NONE_FOUND
         return likeliest if _log_odds(judged, likeliest, "other") > needed else "other"
 

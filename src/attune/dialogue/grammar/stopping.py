@@ -15,7 +15,10 @@ _BEFORE = rf"(?:^|(?<=[.,?] )|{'|'.join(f'(?<=@{word} )' for word in sorted(_MAY
 
 NOT_A_STOP = re.compile(
     r"\b(?:please )?(?:(?<!why )do not (?:you )?(?:ever |even think about |just |dare (?:to )?)?"
-    r"(?:stop(?:ping)?|freeze|halt|pause|give up|wait)|"
+    r"(?:stop(?:ping)?|freeze|halt|pause|give up|wait|cancel|abandon)|"
+    r"do not let (?:me|us|this|that) (?:stop|interrupt|disturb) you|"
+    r"why (?:would|should) (?:i|we|you) (?:want you to )?(?:stop|wait|pause)|"
+    r"i never (?:said|told you to|asked you to|meant you to) (?:stop|wait|pause)|"
     r"never stop|(?:you )?do not (?:have|need) to (?:stop|wait|pause|halt)|no need to (?:stop|wait|pause|halt)|"
     r"not (?:have|need) to stop|"
     r"(?:i )?(?:was|am) not (?:telling|asking|talking to|ordering) you(?: to)? (?:stop|wait|halt)|"
@@ -33,7 +36,7 @@ _GERUNDS = (
     r"being|trying|messing|touching)"
 )
 _STAND_STILL = re.compile(r"(?:^|(?<=[.,?] )|(?<=robot ))(?:stand|stay|hold|keep) still\b|^do not move\b")
-STOP_WORD = re.compile(r"\b(?:stop|halt|freeze|abort|cease|whoa|woah|stopp|desist|discontinue)\b")
+STOP_WORD = re.compile(r"\b(?:stop|halt|freeze|abort|cease|whoa|woah|stopp|avast|desist|discontinue)\b")
 _STOP_EXCLUDED_BEFORE = re.compile(
     r"(?:\b(?:bus|tram|train|next|last|full|pit|non|a|the|this|my|our|first|truck|whistle|metro|subway|rest|"
     r"never|not|did|does|without|he|she|they|we|i|it|who|always|rain|ever|people|kids|him|her|them|us|"
@@ -67,15 +70,16 @@ _TALK_STOP = re.compile(
 )
 
 _WAIT = re.compile(
-    rf"{_BEFORE}(?:(?:can|could|would|will) you |please |just )*(?:wait|hold on|hang on|hold it|hold up|pause|"
+    rf"{_BEFORE}(?:(?:can|could|would|will) you |please |just )*"
+    r"(?:(?<=you )wait T\d+|wait|hold on|hang on|hold it|hold up|pause|"
     rf"hold your horses|"
     r"hang fire|would you mind waiting|(?:put|keep) (?:it|that|this|everything) on (?:hold|pause)|"
     r"hold(?= *(?:[.,?]|$))|"
     r"(?:just )?(?:one|a) (?:moment|second|sec|minute|mo)|give me (?:a|one) (?:moment|second|sec|minute)|"
-    r"not so fast|hold still|take a break|have a break|rest a moment)"
+    r"not so fast|hold still|(?:take|have) a break(?: from (?:it|that|this))?|rest a moment)"
     r"(?: (?:a|one|just|second|sec|secs|seconds|minute|minutes|moment|mo|tick|please|for|me|there|up|now|while|"
     r"bit|here|robot|"
-    r"right|everything|it|little|couple|of|the|task|wait|hold|on|hang|then|okay|until (?!you (?:hear|see)).*|"
+    r"right|everything|it|that|this|little|couple|of|the|task|wait|hold|on|hang|then|okay|until (?!you (?:hear|see)).*|"
     r"what you are doing|to|think|let me think|"
     r"(?:i|somebody|someone|there|the (?:door|phone|bell|dog|cat|baby|kids|children)|he|she|they|we) "
     r"(?![^.?]*\b[TP]\d)[^.?]*|my \w+$|what|will|would|you|everyone|all|work|movement|your|on it))*(?= *(?:[.,?]|$))"
@@ -108,7 +112,8 @@ _GIVE_UP = re.compile(
     rf"never ?mind(?: (?:about )?{_ALL_OF_IT}| (?:that )?then| after all)(?! T\d)|never ?mind(?! (?:the|about|T\d)\b)|"
     rf"(?:forget|cancel|scrap|drop|scratch|skip|abandon|leave off|give up(?: on)?)(?: about)? {_ALL_OF_IT}(?: all)?|"
     r"cancel|"
-    r"leave it(?: (?:be|alone|there|now|then|for now|at that|please|all))?|leave (?:that|this|"
+    r"give up (?:on )?T\d+|(?<!take it or )leave it(?: (?:be|alone|there|now|then|for now|at that|please|all))?|"
+    r"leave (?:that|this|"
     r"everything)(?: (?:be|alone))?|leave (?:off|be)|"
     r"call (?:it|that|this|the whole thing|everything|the thing) off|call it off|"
     r"knock it off|cut it out|cut that out|give it a rest|give (?:it )?up|quit(?: it| that)?|"
@@ -118,6 +123,7 @@ _GIVE_UP = re.compile(
     r"that will do(?: now)?|(?:do not|stop) (?:you )?(?:dare )?mov(?:e|ing)(?: a muscle| any further| at all|"
     r" any more| an inch)?|stay (?:where you are|there|put|still|right (?:there|where you are)|here|away)|"
     r"(?:stand|keep|hold|be|stay|remain|sit) still|do not (?:do|touch|bring|fetch|get|take|move|bother|continue|"
+    r"carry on|keep going|"
     r"go(?: any further| on| there)?|proceed)(?: (?:it|that|this|anything|me anything|them|with (?:it|that)|"
     r"anything else|on|me that|any more|any further))*|"
     r"never you mind|(?:i|we) (?:will|can|could) (?:do|manage|cope) without(?: it| that| them)?|"
@@ -125,6 +131,7 @@ _GIVE_UP = re.compile(
     r" (?:the |my |any )?breakfast(?= any ?more| now| after all))?(?: (?:any ?more|any ?longer|now|"
     r"after all|at all|from you))*|"
     r"i (?:do not|no longer) want you to (?:do that|do it|continue|bring .*|go on)|no need(?: (?:any more|"
+    r"to (?:go|look|bother|continue|do (?:it|that)|(?:bring|fetch|get) (?:it|that|them|anything))|"
     r"for that|any longer|after all))?|"
     r"let it (?:be|go)|do nothing|"
     r"(?:do not (?:take|go|make|move) |not )(?:another|one more) (?:inch|step|move|meter|centimeter|centimetre)|"
