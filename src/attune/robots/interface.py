@@ -78,12 +78,14 @@ class PickTarget:
     """Grasp this object where it was seen.
 
     `goal` is where it will be put, if that is known: a hint for choosing a grasp with which it can be put there. `arm`
-    is the arm to be used, None for any free one.
+    is the arm to be used, None for any free one. `without` names objects that are imagined away: could it be grasped
+    if they were not there?
     """
 
     percept: Percept
     goal: Point | None = None
     arm: Arm | None = None
+    without: tuple[str, ...] = ()
 
 
 @dataclass(frozen=True, slots=True)

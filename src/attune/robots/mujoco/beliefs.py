@@ -1,7 +1,7 @@
 """What the robot knows: objects as it saw them, what it holds and how, and the imagined worlds made of that."""
 
 import math
-from collections.abc import Hashable, Iterable
+from collections.abc import Collection, Hashable, Iterable
 from dataclasses import dataclass
 
 import numpy as np
@@ -103,7 +103,12 @@ class Beliefs:
         return Pose((x, y, z), percept.pose.orientation)
 
     def imagine(
-        self, *, grasping: tuple[Arm, str] | None = None, empty: Arm | None = None, without_content: str = ""
+        self,
+        *,
+        grasping: tuple[Arm, str] | None = None,
+        empty: Arm | None = None,
+        without_content: str = "",
+        without: Collection[str] = (),
     ) -> Imagination:
         """The kitchen as believed, the robot as it stands.
 
@@ -111,13 +116,14 @@ class Beliefs:
             grasping: An arm, and an object to put into its gripper; set its pose with `set_in_hand`.
             empty: An arm that is imagined to hold nothing.
             without_content: A drawer that is to be moved: what lies in it would stay behind.
+            without: Objects that are imagined away.
         """
         carried = {arm: (held.percept.name, held.in_hand) for arm, held in self.held.items() if arm != empty}
         moving = self._drawers.get(without_content)
         poses = {
             name: self._now(percept)
             for name, percept in self.seen.items()
-            if moving is None or percept.place != moving.name
+            if name not in without and (moving is None or percept.place != moving.name)
         }
         if grasping is not None:
             carried[grasping[0]] = (grasping[1], _UNKNOWN)

@@ -4,7 +4,7 @@ A plan is complete: every part of it is free of collisions and continuous, from 
 ends in. `*_starts` gives the candidates, cheaply and many at once; `finish_*` tries one of them to its end.
 """
 
-from collections.abc import Sequence
+from collections.abc import Collection, Sequence
 from dataclasses import dataclass
 
 import numpy as np
@@ -26,6 +26,8 @@ LIFTS = (0.10, 0.05)
 """How far an object is lifted straight up, and put down straight from above [m]: the first that is possible."""
 PLACE_GAP = 0.004
 """Height over the surface at which an object is let go [m]."""
+_HEADING = np.pi / 4
+"""Between two directions in which an object is lifted slantwise [rad]."""
 _OVER = 0.02
 """Between an object's top and the fingers over it [m]."""
 _YAWS = 16
@@ -54,7 +56,7 @@ class PickPlan:
 
     Attributes:
         approach: Straight to the grasp, along the fingers or from above, shape (n, 7).
-        lift: From the grasp straight up, shape (m, 7).
+        lift: From the grasp up, shape (m, 7).
         in_hand: The object's pose in the tool frame once it is grasped.
     """
 
@@ -91,7 +93,7 @@ def up(height: float) -> Array:
 
 
 def pick_starts(
-    world: Imagination, arm: Arm, grasps: Sequence[Grasp], lift: float, top: float | None = None
+    world: Imagination, arm: Arm, grasps: Sequence[Grasp], lift: float, top: float | None = None, slant: float = 0.0
 ) -> list[Start]:
     """Candidates for grasping from where the base stands, best first: keys are grasp, pre-grasp, lifted.
 
@@ -102,6 +104,7 @@ def pick_starts(
         lift: How far the object is lifted [m].
         top: Height of the object's top over the floor [m], if the open fingers shall come down on both sides of it;
             None for a hand that comes along its fingers.
+        slant: How far the object comes towards the robot while it is lifted [m].
     """
     torso = world.torso_frame()
     kinematics = world.kinematics[arm]
@@ -111,7 +114,13 @@ def pick_starts(
     ]
     if not near:
         return []
-    series = [(g.tool, _back(g.tool, top), moved(g.tool, up(lift))) for g in near]
+    offset = up(lift)
+    if slant:
+        aside = shoulder - near[0].tool.position
+        # In few directions, so that what is hopeless from one place is known to be so from others.
+        heading = np.round(np.arctan2(aside[1], aside[0]) / _HEADING) * _HEADING
+        offset = offset + slant * np.array([np.cos(heading), np.sin(heading), 0.0])
+    series = [(g.tool, _back(g.tool, top), moved(g.tool, offset)) for g in near]
     keys, index = reach_all(kinematics, torso, series, kinematics.pan_grid())
     costs = np.array([near[i].cost for i in index]) + 0.5 * comfort(kinematics, keys[:, 0]) ** 4
     return _ranked(arm, keys, index, series, costs)
@@ -124,7 +133,32 @@ def _back(hand: Frame, top: float | None) -> Frame:
     return moved(hand, up(max(0.0, top - float(hand.position[2])) + pr2.PAD_HEIGHT / 2 + _OVER))
 
 
-def finish_pick(world: Imagination, carrying: Imagination, percept: Percept, start: Start) -> PickPlan | None:
+def key(*hands: Frame) -> bytes:
+    """To compare poses of the hand with."""
+    return b"".join(hand.position.tobytes() + hand.rotation.tobytes() for hand in hands)
+
+
+def is_hopeless(start: Start, hopeless: Collection[bytes]) -> bool:
+    """Whether the hand cannot be at one of a candidate's poses, or not go there, wherever the robot stands."""
+    first, *others = start.frames
+    return key(first) in hopeless or any(key(first, other) in hopeless for other in others)
+
+
+def _free_way(world: Imagination, start: Start, path: Array, other: Frame, hopeless: set[bytes]) -> bool:
+    """Whether an arm can go along a path from a candidate's first pose to another.
+
+    If it is the hand or what it carries that cannot, that is noted: it holds wherever the robot stands.
+    """
+    if world.all_free(start.arm, path):
+        return True
+    if not world.hand_free(start.arm):
+        hopeless.add(key(start.frames[0], other))
+    return False
+
+
+def finish_pick(
+    world: Imagination, carrying: Imagination, percept: Percept, start: Start, hopeless: set[bytes]
+) -> PickPlan | None:
     """Try a candidate: the object in the way until it is grasped, in the gripper after.
 
     Args:
@@ -132,16 +166,17 @@ def finish_pick(world: Imagination, carrying: Imagination, percept: Percept, sta
         carrying: Made with the object in this arm's gripper; its pose in the hand is set here.
         percept: The object.
         start: From `pick_starts`.
+        hopeless: See `is_hopeless`; what is found is added.
     """
     arm = start.arm
     kinematics, torso = world.kinematics[arm], world.torso_frame()
     grasp, before, lifted = start.frames
     world.set_gripper(arm, pr2.GRIPPER_OPEN)
-    if not world.all_free(arm, start.keys[:2]):
+    if not world.all_free(arm, start.keys[:1]) or not _free_way(world, start, start.keys[1:2], before, hopeless):
         return None
     back = follow(kinematics, torso, start.keys[0], straight(grasp, before))
     rise = follow(kinematics, torso, start.keys[0], straight(grasp, lifted))
-    if back is None or rise is None or not world.all_free(arm, back):
+    if back is None or rise is None or not _free_way(world, start, back, before, hopeless):
         return None
     world.set_arm(arm, start.keys[0])
     gap = world.pads_meet(arm, percept.name)
@@ -151,7 +186,7 @@ def finish_pick(world: Imagination, carrying: Imagination, percept: Percept, sta
     in_hand = grasp.inverse() @ frame_of(percept.pose)
     carrying.set_in_hand(arm, in_hand)
     carrying.set_gripper(arm, gap)
-    if not carrying.all_free(arm, rise[1:]):
+    if not _free_way(carrying, start, rise[1:], lifted, hopeless):
         return None
     return PickPlan(arm, back[::-1], rise, in_hand)
 
@@ -195,7 +230,7 @@ def place_starts(
 
 
 def finish_place(
-    world: Imagination, carrying: Imagination, in_hand: Frame, name: str, start: Start
+    world: Imagination, carrying: Imagination, in_hand: Frame, name: str, start: Start, hopeless: set[bytes]
 ) -> PlacePlan | None:
     """Try a candidate: the object in the gripper on the way down, standing there on the way back.
 
@@ -205,20 +240,21 @@ def finish_place(
         in_hand: Its pose in the tool frame.
         name: The object.
         start: From `place_starts`.
+        hopeless: See `is_hopeless`; what is found is added.
     """
     arm = start.arm
     kinematics, torso = carrying.kinematics[arm], carrying.torso_frame()
     placed, above, drawn_back = start.frames
-    if not carrying.all_free(arm, start.keys[:2]):
+    if not carrying.all_free(arm, start.keys[:1]) or not _free_way(carrying, start, start.keys[1:2], above, hopeless):
         return None
     rise = follow(kinematics, torso, start.keys[0], straight(placed, above))
     back = follow(kinematics, torso, start.keys[0], straight(placed, drawn_back))
-    if back is None or rise is None or not carrying.all_free(arm, rise):
+    if back is None or rise is None or not _free_way(carrying, start, rise, above, hopeless):
         return None
     standing = placed @ in_hand
     world.put(name, standing)
     world.set_gripper(arm, pr2.GRIPPER_OPEN)
-    if not world.all_free(arm, back):
+    if not _free_way(world, start, back, drawn_back, hopeless):
         return None
     return PlacePlan(arm, rise[::-1], back, standing)
 

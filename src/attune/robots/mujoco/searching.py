@@ -1,6 +1,6 @@
 """Where the PR2 should stand for what it is to do."""
 
-from collections.abc import Iterator, Sequence
+from collections.abc import Collection, Iterator, Sequence
 
 import numpy as np
 
@@ -93,9 +93,9 @@ class Searching:
         """The search for a target's base poses; None when no arm is free for it, or the arm is empty."""
         rng = np.random.default_rng(int(self._rng.integers(2**31)))
         match target:
-            case PickTarget(percept, goal, wanted):
+            case PickTarget(percept, goal, wanted, without):
                 worlds = {
-                    arm: (self._folded(), self._folded(grasping=(arm, percept.name)))
+                    arm: (self._folded(without=without), self._folded(grasping=(arm, percept.name), without=without))
                     for arm in self._beliefs.free_arms
                     if wanted in (arm, None)
                 }
@@ -132,14 +132,20 @@ class Searching:
             return 0.0
         return np.pi / 2 if np.isfinite(near.headroom) else None
 
-    def _folded(self, *, grasping: tuple[Arm, str] | None = None, without_content: str = "") -> Imagination:
+    def _folded(
+        self,
+        *,
+        grasping: tuple[Arm, str] | None = None,
+        without_content: str = "",
+        without: Collection[str] = (),
+    ) -> Imagination:
         """The kitchen as believed, with the free arms folded, as they are before an arm action."""
-        world = self._beliefs.imagine(without_content=without_content)
+        world = self._beliefs.imagine(without_content=without_content, without=without)
         for arm in self._beliefs.free_arms:
             fold(world, arm)
         if grasping is None:
             return world
-        grasped = self._beliefs.imagine(grasping=grasping)
+        grasped = self._beliefs.imagine(grasping=grasping, without=without)
         for arm in self._beliefs.free_arms:
             grasped.set_arm(arm, world.arm(arm))
         return grasped

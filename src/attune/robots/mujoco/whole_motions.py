@@ -16,7 +16,7 @@ from attune.robots.mujoco import pr2
 from attune.robots.mujoco.arm_paths import joint_path
 from attune.robots.mujoco.beliefs import Held
 from attune.robots.mujoco.carry import carrying_path, folding_path
-from attune.robots.mujoco.frames import Frame, frame_of
+from attune.robots.mujoco.frames import frame_of
 from attune.robots.mujoco.grasps import grasps_for
 from attune.robots.mujoco.imagination import Imagination
 from attune.robots.mujoco.pick_place import (
@@ -26,6 +26,8 @@ from attune.robots.mujoco.pick_place import (
     Start,
     finish_pick,
     finish_place,
+    is_hopeless,
+    key,
     pick_starts,
     place_starts,
 )
@@ -84,11 +86,13 @@ class Manner:
         over: The open hand comes down over the object and rises from it, instead of moving along its fingers.
         strict: Only grasps with the pitch that is wanted.
         roomy: What is carried keeps well away from other objects.
+        slantwise: The object is lifted towards the robot: it stands close before a wall or under the edge of a board.
     """
 
     over: bool = False
     strict: bool = False
     roomy: bool = False
+    slantwise: bool = False
 
 
 def manners(pitch: float | None = None) -> tuple[Manner, ...]:
@@ -97,12 +101,14 @@ def manners(pitch: float | None = None) -> tuple[Manner, ...]:
     Args:
         pitch: How steeply the hand should come down, if that matters [rad].
     """
-    usual = (Manner(), Manner(over=True))
+    usual = (Manner(), Manner(over=True), Manner(slantwise=True))
     return usual if pitch is None else (Manner(strict=True), *usual)
 
 
 PLACING = (Manner(roomy=True), Manner(), Manner(over=True))
 """The manners of putting down, the best first."""
+_SLANT = 0.6
+"""How far towards the robot what is lifted slantwise comes for each metre up."""
 _ROOMY = 0.016
 """Kept from other objects if possible: camera, hand and arm may each err by a few millimetres [m]."""
 
@@ -150,17 +156,18 @@ def find_picks(
         grasps = [
             grasp
             for grasp in grasps_for(percept, pitch)
-            if _key(grasp.tool) not in hopeless and (wanted is None or abs(grasp.pitch - wanted) < _NEAR_PITCH)
+            if key(grasp.tool) not in hopeless and (wanted is None or abs(grasp.pitch - wanted) < _NEAR_PITCH)
         ]
-        for key, start in _worth_trying(world, pick_starts(world, arm, grasps, lift, top), percept.name, hopeless):
+        starts = pick_starts(world, arm, grasps, lift, top, _SLANT * lift if manner.slantwise else 0.0)
+        for start in _worth_trying(world, starts, percept.name, hopeless):
             world.aim_at(percept.name)
             world.set_gripper(arm, pr2.GRIPPER_OPEN)
             world.set_arm(arm, start.keys[0])
             if not world.hand_free(arm):
-                hopeless.add(key)
+                hopeless.add(key(start.frames[0]))
                 plan = None
             else:
-                plan = finish_pick(world, carrying, percept, start)
+                plan = finish_pick(world, carrying, percept, start, hopeless)
             world.keep_clear(percept.name)
             if plan is None:
                 continue
@@ -206,13 +213,13 @@ def find_places(
     for lift in LIFTS:
         carrying.set_arm(arm, posture)
         starts = place_starts(carrying, arm, held.in_hand, held.upright, position, lift, top)
-        for key, start in _worth_trying(carrying, starts, held.percept.name, hopeless):
+        for start in _worth_trying(carrying, starts, held.percept.name, hopeless):
             carrying.set_arm(arm, start.keys[0])
             if not carrying.hand_free(arm):
-                hopeless.add(key)
+                hopeless.add(key(start.frames[0]))
                 continue
             world.aim_at(held.percept.name, rub=_RUB)
-            plan = finish_place(world, carrying, held.in_hand, held.percept.name, start)
+            plan = finish_place(world, carrying, held.in_hand, held.percept.name, start, hopeless)
             world.keep_clear(held.percept.name)
             if plan is None:
                 continue
@@ -225,24 +232,20 @@ def find_places(
 
 def _worth_trying(
     world: Imagination, starts: Sequence[Start], handled: str, hopeless: Collection[bytes]
-) -> Iterator[tuple[bytes, Start]]:
-    """So many candidates and no more, few of them with the same pose of the hand; each with the key of that pose."""
+) -> Iterator[Start]:
+    """So many candidates and no more, few of them with the same pose of the hand."""
     tried: Counter[bytes] = Counter()
     for index, start in enumerate(starts):
         if index % _AT_ONCE == 0:
             some = starts[index : index + _AT_ONCE]
             blocked = through_things(world, start.arm, np.stack([other.keys[0] for other in some]), handled)
-        key = _key(start.frames[0])
-        if blocked[index % _AT_ONCE] or key in hopeless or tried[key] == _ALIKE:
+        hand = key(start.frames[0])
+        if blocked[index % _AT_ONCE] or tried[hand] == _ALIKE or is_hopeless(start, hopeless):
             continue
-        tried[key] += 1
+        tried[hand] += 1
         if tried.total() > _STARTS:
             return
-        yield key, start
-
-
-def _key(hand: Frame) -> bytes:
-    return hand.position.tobytes() + hand.rotation.tobytes()
+        yield start
 
 
 def _with_ways(
