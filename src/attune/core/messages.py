@@ -245,7 +245,7 @@ class CommandOutcome(Message):
 
 Step = Literal[
     "idle", "set_parameters", "transporting_search", "transporting_fetch", "transporting_deliver", "recovering",
-    "already_done", "task_done", "paused", "stopped", "failed",
+    "clearing", "already_done", "task_done", "paused", "stopped", "failed",
 ]  # fmt: skip
 
 

@@ -8,7 +8,7 @@ _DELIVERING = frozenset({"bring_me", "replace_object"})
 _FULL_STORY = frozenset({"search_there", "drive", "shift", "reach", "arm", "set_down", "tidy"})
 """Situations that are told only where everything is: each is a movement."""
 _WORKING = frozenset(
-    {"set_parameters", "transporting_search", "transporting_fetch", "transporting_deliver", "recovering"}
+    {"set_parameters", "transporting_search", "transporting_fetch", "transporting_deliver", "recovering", "clearing"}
 )
 _INCLUDED = {
     "search_there": ("drive",), "carry": ("drive", "arm"), "return": ("drive", "arm"),
@@ -161,8 +161,8 @@ def _what_begins(state: RobotState, *, new_step: bool, elsewhere: bool, everythi
             return "search_there" if drives else "search"
         case "transporting_deliver" if new_step:
             return "return" if _is_returned(state) else "carry"
-        case "recovering" if new_step:
-            return "recovering"
+        case "recovering" | "clearing" if new_step:
+            return state.step
     return _what_moves(state)
 
 

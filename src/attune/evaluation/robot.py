@@ -2,7 +2,7 @@
 
 import math
 import time
-from collections.abc import Callable, Iterator, Sequence
+from collections.abc import Callable, Collection, Iterator, Sequence
 from dataclasses import dataclass, field
 
 from attune.core.bus import PLAN
@@ -34,6 +34,7 @@ class Trial:
         setbacks: Each part of the plan that failed on the way: its name and why.
         contacts: Forbidden contacts: robot part or carried object, and thing.
         robot_time: [s].
+        cleared: Objects that were moved out of the way, as the robot told.
         computing_time: Processor time [s].
         searches: Processor time of each search for base poses to grasp from [s].
     """
@@ -44,6 +45,7 @@ class Trial:
     retries: int
     setbacks: tuple[str, ...]
     contacts: tuple[str, ...]
+    cleared: tuple[str, ...]
     robot_time: float
     computing_time: float
     searches: tuple[float, ...]
@@ -114,9 +116,10 @@ class Trier:
         kitchen.bus.on(PLAN, record.plan)
         at_rest = True
 
+        wish = BringMe(time=0.0, objects=(ObjectSpec(name=THING, type=task.type),), destination=task.place)
+
         async def script() -> None:
             nonlocal at_rest
-            wish = BringMe(time=0.0, objects=(ObjectSpec(name=THING, type=task.type),), destination=task.place)
             kitchen.say(wish)
             at_rest = await kitchen.settle()
 
@@ -124,15 +127,16 @@ class Trier:
             record.contacts.update((*robot.world.forbidden_contacts(), *robot.world.bumps()))
 
         kitchen.play(script, meanwhile=lambda: kitchen.clock.every(WATCH_PERIOD, watch))
-        error = _error(kitchen)
-        attempts = sum(node.name.startswith("attempt ") for node in record.nodes)
+        error = _error(kitchen, THING)
+        cleared = tuple(sorted({state.object.name for state in kitchen.states if state.step == "clearing"}))
         return Trial(
             draw=Draw(task.number, task.type, task.size, task.source, task.goal),
-            problem=_problem(kitchen, task, error) if at_rest else "the robot did not come to rest",
+            problem=_problem(kitchen, task, wish, cleared) if at_rest else "the robot did not come to rest",
             error=error,
-            retries=max(0, attempts - 1),
+            retries=sum(_is_retry(node) for node in record.nodes),
             setbacks=tuple(f"{node.name}: {node.reason}" for node in record.nodes if _is_setback(node)),
             contacts=tuple(sorted(f"{part} touched {thing}" for part, thing in record.contacts)),
+            cleared=cleared,
             robot_time=kitchen.clock.now(),
             computing_time=time.process_time() - began,
             searches=tuple(robot.searches),
@@ -177,10 +181,10 @@ def _possible_and_not(seed: int, trials: int) -> Iterator[int]:
         number += 1
 
 
-def _error(kitchen: Kitchen) -> float:
-    """Distance between where the robot means to have put the object and where it really is [m]."""
+def _error(kitchen: Kitchen, name: str) -> float:
+    """Distance between where the robot means to have put an object and where it really is [m]."""
     world = kitchen.believed()
-    believed = next((item for item in world.objects if item.spec.name == THING), None) if world else None
+    believed = next((item for item in world.objects if item.spec.name == name), None) if world else None
     if believed is None or believed.position is None or not believed.place:
         return math.nan
     surface = kitchen.scene.surface(believed.place)
@@ -188,23 +192,30 @@ def _error(kitchen: Kitchen) -> float:
     # What was put into an open drawer has moved with it since.
     shift = (0.0, 0.0, 0.0) if is_open or not surface.container else surface.shift
     meant = tuple(value - moved for value, moved in zip(believed.position, shift, strict=True))
-    return math.dist(meant, kitchen.after()[THING].position)
+    return math.dist(meant, kitchen.after()[name].position)
 
 
-def _problem(kitchen: Kitchen, task: Draw, error: float) -> str:
-    """What is wrong with the final world; "" when the task is done and nothing else has happened."""
+def _problem(kitchen: Kitchen, task: Draw, wish: BringMe, cleared: Collection[str]) -> str:
+    """What is wrong with the final world; "" when the task is done and nothing else has happened.
+
+    What was moved out of the way, and told so, may be elsewhere: it has to stand on a surface where the robot believes
+    it to be.
+    """
     before, after = kitchen.before, kitchen.after()
     thing = after[THING]
-    told = kitchen.outcomes[-1] if kitchen.outcomes else None
+    told = next((outcome for outcome in reversed(kitchen.outcomes) if outcome.command == wish.id), None)
     if told is None or told.status != "done":
         return f"told {told.status} {told.reason}: {told.detail}" if told else "nothing was told"
     if thing.spec.location != task.place:
         return f"it is on {thing.place or 'the floor'}"
-    others = [f"{name} is on {now}" for name, now in moved(before, after).items() if name != THING]
+    elsewhere = {name: now for name, now in moved(before, after).items() if name != THING}
+    others = [f"{name} is on {now}" for name, now in elsewhere.items() if name not in cleared or not after[name].place]
+    lost = [f"{name} is not where it is believed" for name in cleared if not _error(kitchen, name) < TOLERANCE]
     fallen = [f"{name} fell over" for name, now in after.items() if before[name].upright and not now.upright]
     opened = [f"{name} was left open" for name in sorted(kitchen.robot.status().opened)]
-    if problems := [*others, *fallen, *opened]:
+    if problems := [*others, *lost, *fallen, *opened]:
         return "; ".join(problems)
+    error = _error(kitchen, THING)
     return f"it stands {1000 * error:.0f} mm from its spot" if not error < TOLERANCE else ""
 
 
@@ -212,6 +223,10 @@ def _nodes(node: PlanNode) -> Iterator[PlanNode]:
     yield node
     for child in node.children:
         yield from _nodes(child)
+
+
+def _is_retry(node: PlanNode) -> bool:
+    return node.name.startswith("attempt ") and node.name != "attempt 1"
 
 
 def _is_setback(node: PlanNode) -> bool:

@@ -107,11 +107,11 @@ class Agenda:
         return Agenda(tuple(replace(item, status="dropped") if item.open else item for item in self.deliveries))
 
     def goal(self, held: Iterable[str]) -> Goal | None:
-        """What to do next: what is held first, then the first open delivery."""
+        """What to do next: what is held first, then what somebody asked for, in its order, then tidying up."""
         for name in held:
             if delivery := self.of(name):
                 return _goal(delivery)
-        return next((_goal(delivery) for delivery in self.open), None)
+        return next((_goal(delivery) for delivery in sorted(self.open, key=lambda item: not item.command)), None)
 
 
 def _goal(delivery: Delivery) -> Goal:

@@ -1,5 +1,6 @@
 """What the robot believes about the objects: the inventory as expectation, then what it sees and does."""
 
+import copy
 from collections.abc import Callable, Iterable, Mapping
 from dataclasses import dataclass, replace
 from typing import Literal
@@ -125,6 +126,14 @@ class Belief:
         return ObjectSpec(
             type=item.type, color=item.color, size=item.size, location=self.place_of(item), name=item.name
         )
+
+    def supposing(self, name: str, surface: str, position: Point) -> "Belief":
+        """What would be believed if an object stood somewhere else; nobody is told."""
+        other = copy.copy(self)
+        other._changed = lambda world: None
+        moved = replace(self._objects[name], surface=surface, position=position)
+        other._objects = {**self._objects, name: moved}
+        return other
 
     def publish(self) -> None:
         """Tell the belief if it has changed since it was told last."""

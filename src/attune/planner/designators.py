@@ -156,16 +156,9 @@ def home_spots(scene: Scene, belief: Belief, item: Individual) -> Iterator[Spot]
         yield from (Spot(option, point) for point in near if _is_free(belief, option, point, item))
 
 
-def stopover(scene: Scene, belief: Belief, item: Individual, near: tuple[float, float]) -> Spot | None:
-    """A free spot on an open surface near a point of the floor [m], where an object can be put for a while."""
-    spots = (
-        Spot(surface, point)
-        for surface in scene.surfaces
-        if not surface.container and fits(scene, item, surface)
-        for point in _grid(surface, item)
-        if _is_free(belief, surface, point, item)
-    )
-    return min(spots, key=lambda spot: math.dist(spot.position[:2], near), default=None)
+def spots_on(belief: Belief, surface: Surface, item: Individual) -> Iterator[Spot]:
+    """Spots of one surface that are free for an object however things are turned."""
+    return (Spot(surface, point) for point in _grid(surface, item) if _is_free(belief, surface, point, item))
 
 
 def is_clear(belief: Belief, spot: Spot, item: Individual) -> bool:

@@ -35,6 +35,8 @@ class Desk:
         self.plan: Plan | None = None
         self.given_up: set[str] = set()
         """Held objects that could not be put down anywhere."""
+        self.aside: dict[str, str] = {}
+        """Objects that are being moved out of the way, and the deliveries that they are in the way of."""
 
     # --- the plan ----------------------------------------------------------------------------------------------
 
@@ -54,7 +56,7 @@ class Desk:
     def adopt(self) -> None:
         """See that all that is held is in the agenda: what nobody wants is brought to where it was taken from."""
         for item in self.belief.held().values():
-            if self.agenda.of(item.name) is None and item.name not in self.given_up:
+            if self.agenda.of(item.name) is None and item.name not in self.given_up and not self._is_moved(item):
                 # What was delivered and stood there when nobody wanted it elsewhere any more goes back there.
                 delivered = item.displaced and item.taken_from
                 tidy = Delivery(
@@ -66,6 +68,19 @@ class Desk:
                     individual=item.name,
                 )
                 self.agenda = self.agenda.add(tidy)
+
+    def _is_moved(self, item: Individual) -> bool:
+        """Whether an object is held only to be put out of the way of something that is still wanted."""
+        return self.aside.get(item.name) in {delivery.id for delivery in self.agenda.open}
+
+    def moved_aside(self, name: str, *, back: bool) -> None:
+        """An object has been put out of the way; `back`: it is to be brought home when nothing else is to be done."""
+        self.aside.pop(name, None)
+        item = self.belief.get(name)
+        if back and item and item.displaced and self.agenda.of(name) is None:
+            spec = self.belief.describe(item)
+            home = Delivery(spec=spec, destination="", command="", kind="put_back", status="returning", individual=name)
+            self.agenda = self.agenda.add(home)
 
     def next_goal(self) -> Goal | None:
         """What to work on."""

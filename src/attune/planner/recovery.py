@@ -1,6 +1,6 @@
 """Recovery chosen by the type of the failure, and what a failure is called when it is told to the user."""
 
-from collections.abc import Mapping
+from collections.abc import Callable, Mapping
 from typing import Any
 
 from attune.core.errors import AttuneError
@@ -67,11 +67,18 @@ def reason_of(failure: AttuneError) -> OutcomeReason:
     return next((reason for type_, reason in _REASONS if isinstance(failure, type_)), "robot_fault")
 
 
-def recoveries(skills: Skills) -> Mapping[type[AttuneError], Recovery]:
+def recoveries(
+    skills: Skills, clear_way: Callable[[], Part[None]], make_room: Callable[[], Part[None]]
+) -> Mapping[type[AttuneError], Recovery]:
     """What is done after each type of failure, before the delivery is tried again from the world as it is.
 
     The next attempt uses the other arm and computes new base poses anyway; what is here is what that attempt
-    needs to find: a true belief, and a robot that is free to move.
+    needs to find: a true belief, a robot that is free to move, and nothing in the way.
+
+    Args:
+        skills: The robot.
+        clear_way: Moves aside what is in the way of the object, if something is.
+        make_room: Moves aside what takes up the room at the destination.
     """
 
     def part(name: str, body: Any) -> Part[None]:
@@ -117,6 +124,19 @@ def recoveries(skills: Skills) -> Mapping[type[AttuneError], Recovery]:
 
         return part("draw the arms back", body)
 
+    def draw_back_and_clear(_: Unreachable) -> Part[None]:
+        async def body(node: Node) -> None:
+            await skills.robot.park_arms()
+            await node.do(clear_way())
+
+        return part("draw the arms back and see what is in the way", body)
+
+    def move_something(_: NoSpace) -> Part[None]:
+        async def body(node: Node) -> None:
+            await node.do(make_room())
+
+        return part("make room", body)
+
     def draw_back_and_look(_: Collision) -> Part[None]:
         async def body(node: Node) -> None:
             await skills.robot.park_arms()
@@ -132,7 +152,8 @@ def recoveries(skills: Skills) -> Mapping[type[AttuneError], Recovery]:
         PlacementFailed: Recovery(look_at_placed, 3),
         PathBlocked: Recovery(wait_for_path, 2),
         GraspMissed: Recovery(draw_back, 4),
-        Unreachable: Recovery(draw_back, 2),
+        Unreachable: Recovery(draw_back_and_clear, 2),
+        NoSpace: Recovery(move_something, 2),
         ContainerStuck: Recovery(draw_back, 2),
         Collision: Recovery(draw_back_and_look, 3),
         GripperFull: Recovery(draw_back, 1),

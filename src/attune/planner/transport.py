@@ -8,8 +8,9 @@ from attune.core.errors import AttuneError
 from attune.core.messages import ObjectSpec
 from attune.planner.agenda import Goal
 from attune.planner.belief import EXPECTED, Individual
+from attune.planner.clearing import Clearing
 from attune.planner.combinators import retry
-from attune.planner.designators import Spot, free_spots, home_spots, is_delivered, search_order, stands, stopover
+from attune.planner.designators import Spot, free_spots, home_spots, is_delivered, search_order, stands
 from attune.planner.desk import Desk
 from attune.planner.plan import FAILURES, Node, Part
 from attune.planner.recovery import NoSpace, NotFound, recoveries
@@ -33,7 +34,7 @@ def transport(desk: Desk, skills: Skills, goal: Goal) -> Part[None]:
     delivery = desk.agenda.get(goal.delivery)
     verb = f"bring to the {goal.destination}" if goal.destination else "put back"
     work = Transport(desk, skills, goal)
-    return retry(f"{verb}: {delivery.spec}", work.attempt, recoveries(skills))
+    return retry(f"{verb}: {delivery.spec}", work.attempt, work.recoveries)
 
 
 class Transport:
@@ -45,6 +46,9 @@ class Transport:
         self._belief = desk.belief
         self._scene = desk.scene
         self._goal = goal
+        self._clearing = Clearing(desk, skills, goal)
+        self.recoveries = recoveries(skills, self._clearing.clear_way, self._clearing.make_room)
+        """What is done after an attempt has failed."""
         self._must_lift = False
         self._must_regrasp = False
 
@@ -63,10 +67,13 @@ class Transport:
             )
             if not self._skills.parked:  # An interruption or a failure may have left the arms anywhere.
                 await node.do(self._skills.park())
+            if self._clearing.is_unfinished:
+                await node.do(self._clearing.finish())
             item = self._item()
             if item and item.held_by and self._must_regrasp:
-                await node.do(self._set_down(item))
+                await node.do(self._clearing.set_down(item))
                 item = self._item()
+                self._must_regrasp = bool(item and not item.held_by)
             if item is None or not item.held_by:
                 item = await node.do(self._search())
                 # What was not seen at first, or stands a little aside, may stand well all the same.
@@ -210,18 +217,6 @@ class Transport:
             raise failure or NoSpace(self._destination(item))
 
         return Part("deliver", body)
-
-    def _set_down(self, item: Individual) -> Part[None]:
-        """Put what is held on a free spot of an open surface nearby, to grasp it in another way."""
-
-        async def body(node: Node) -> None:
-            base = self._skills.robot.status().base
-            spot = stopover(self._scene, self._belief, item, (base.x, base.y))
-            self._must_regrasp = spot is not None
-            if spot and item.held_by:
-                await node.do(self._skills.place(item, item.held_by, spot))
-
-        return Part("set it down to grasp it anew", body)
 
     def _put(self, item: Individual, spot: Spot) -> Part[None]:
         async def body(node: Node) -> None:
