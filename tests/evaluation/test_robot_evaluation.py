@@ -17,7 +17,7 @@ SCENE = load_scene()
 def trial(number: int, **changes: object) -> Trial:
     values = {
         "draw": Draw(number, "cup", "big", "counter", "fridge"), "problem": "", "error": 0.002, "retries": 0,
-        "setbacks": (), "contacts": (), "robot_time": 60.0, "computing_time": 3.0, "searches": (0.1,),
+        "setbacks": (), "contacts": (), "cleared": (), "robot_time": 60.0, "computing_time": 3.0, "searches": (0.1,),
     }  # fmt: skip
     return Trial(**(values | changes))  # type: ignore[arg-type]
 

@@ -212,6 +212,8 @@ class Transport:
                     continue
                 self._desk.close(self._goal, item)
                 return
+            if next(self._spots(item), None) is None:  # Where there seemed to be room something stands.
+                raise NoSpace(self._destination(item))
             # Perhaps it can be put there if it is held in another way.
             self._must_regrasp = bool(tried) and isinstance(failure, Unreachable)
             raise failure or NoSpace(self._destination(item))

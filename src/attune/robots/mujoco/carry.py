@@ -34,6 +34,8 @@ _TRIES = 400
 _PATHS = 12
 _CLOSE = 0.55
 """Of a carried object's middle and the hand to the base's middle [m]."""
+COMPACT = 0.5
+"""The same for driving through narrow ways [m]."""
 _SAME = 0.05
 """Joints nearer than this to a posture are in it [rad]."""
 
@@ -86,11 +88,17 @@ def _from_middle(world: Imagination, frame: Frame) -> float:
     return float(np.hypot(frame.position[0] - world.base.x, frame.position[1] - world.base.y))
 
 
-def is_carrying(world: Imagination, arm: Arm) -> bool:
-    """Whether what the arm carries is high enough and close enough to the body for driving."""
+def is_carrying(world: Imagination, arm: Arm, close: float = _CLOSE) -> bool:
+    """Whether what the arm carries is high enough and close enough to the body for driving.
+
+    Args:
+        world: Made with the object in the gripper.
+        arm: The arm.
+        close: Of the object's middle and the hand to the base's middle, at most [m].
+    """
     held, tool = world.carried_frame(arm), world.tool(arm)
     away = max(_from_middle(world, held), _from_middle(world, tool))
-    return away < _CLOSE and float(held.position[2]) > min(_HEIGHTS) - 0.02
+    return away < close and float(held.position[2]) > min(_HEIGHTS) - 0.02
 
 
 _ROOM = 0.02

@@ -174,6 +174,25 @@ class Imagination:
         m.geom_margin[links] = margin
         self._tell_bodies_margins()
 
+    def crowded(self, arm: Arm, path: Array, room: float = 0.0) -> int:
+        """At how many points of a path something is too near to an arm or to what it carries.
+
+        Args:
+            arm: The arm.
+            path: Configurations, shape (n, 7).
+            room: How much farther it should be away than usual [m].
+        """
+        m, usual = self.model, self.model.geom_margin.copy()
+        m.geom_margin[(m.geom_contype & _ARM_BITS[arm]) > 0] += room
+        self._tell_bodies_margins()
+        count = 0
+        for q in path:
+            self.set_arm(arm, q)
+            count += not self.free()
+        m.geom_margin[:] = usual
+        self._tell_bodies_margins()
+        return count
+
     def widen_carried(self, arm: Arm, margin: float = MARGIN / 2) -> None:
         """Set how far what an arm carries keeps from everything [m]; without a margin, the usual one."""
         body = self.model.body(self.carried[arm][0]).id

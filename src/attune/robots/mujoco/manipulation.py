@@ -1,7 +1,9 @@
 """Picking up and putting down, as sequences of planned motions."""
 
-from collections.abc import Awaitable, Callable
+import math
+from collections.abc import Awaitable, Callable, Iterator
 from dataclasses import replace
+from typing import TypeVar
 
 import anyio
 import numpy as np
@@ -21,13 +23,24 @@ from attune.robots.mujoco import pr2
 from attune.robots.mujoco.beliefs import Beliefs, Held
 from attune.robots.mujoco.folding import Folding
 from attune.robots.mujoco.frames import Frame, frame_of, pose_of
+from attune.robots.mujoco.imagination import Imagination
 from attune.robots.mujoco.motions import Motions, together
 from attune.robots.mujoco.stepwise import results
 from attune.robots.mujoco.straighten import ASKEW, straightening_path, tilt
-from attune.robots.mujoco.whole_motions import PLACING, Pick, Place, find_picks, find_places, manners
+from attune.robots.mujoco.whole_motions import (
+    PLACING,
+    TOUCHING,
+    Pick,
+    Place,
+    crowding,
+    find_picks,
+    find_places,
+    manners,
+)
 from attune.robots.mujoco.world import World
 
 Array = NDArray[np.float64]
+M = TypeVar("M", Pick, Place)
 
 _SLOW = 0.5
 """Share of the usual speed near objects."""
@@ -41,6 +54,8 @@ _ASIDE = (0.3, -0.3, 0.0)
 """Where the robot looks before it puts something down, to the left of the place [m]."""
 _SHIFTED = 0.01
 """Farther than this from where it was thought to be in the hand, an object is seen to have moved [m]."""
+_COMPARED = 5
+"""Motions that are compared, if things are near."""
 _TILTED = np.cos(np.radians(20.0))
 
 
@@ -167,8 +182,8 @@ class Manipulation:
                 world, carrying = self._beliefs.imagine(), self._beliefs.imagine(grasping=(arm, percept.name))
                 posture = world.arm(arm)
                 search = find_picks(world, carrying, percept, arm, posture, self._rng, pitch=pitch, manner=manner)
-                async for plan in results(self._clock, search):
-                    return plan
+                if chosen := await self._roomiest(search, world, carrying, percept.name):
+                    return chosen
         raise Unreachable(percept.name, "no grasp was found that is free of collisions")
 
     async def _plan_place(self, arm: Arm, held: Held, position: Point) -> Place:
@@ -176,9 +191,25 @@ class Manipulation:
         posture = carrying.arm(arm)
         for manner in PLACING:
             search = find_places(world, carrying, held, arm, position, posture, self._rng, manner=manner)
-            async for plan in results(self._clock, search):
-                return plan
+            if chosen := await self._roomiest(search, world, carrying, held.percept.name):
+                return chosen
         raise Unreachable(f"the place for {held.percept.name}", "no way of putting it down was found")
+
+    async def _roomiest(
+        self, search: Iterator[M | None], world: Imagination, carrying: Imagination, name: str
+    ) -> M | None:
+        """Of the first motions that a search finds, the one that keeps away from things at the most of its points."""
+        best: M | None = None
+        least, compared = math.inf, 0
+        async for motion in results(self._clock, search):
+            found = motion
+            crowded = await self._clock.run_in_thread(lambda: crowding(world, carrying, name, found))  # noqa: B023
+            if crowded < least:
+                best, least = motion, crowded
+            compared += 1
+            if not least or (compared >= _COMPARED and least < TOUCHING):
+                break
+        return best
 
     async def _grasp(self, arm: Arm, percept: Percept, in_hand: Frame) -> None:
         """Close the fingers; shielded from cancellation for `_CLOSING` + `_PRESSING` seconds at most."""

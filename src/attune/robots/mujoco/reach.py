@@ -14,10 +14,11 @@ from attune.robots.interface import Arm, BasePose, Percept, Point
 from attune.robots.mujoco import pr2
 from attune.robots.mujoco.arcs import ROOMS, find_arcs, handle_ways
 from attune.robots.mujoco.beliefs import Held
-from attune.robots.mujoco.costmap import Costmap, Footprint
+from attune.robots.mujoco.costmap import Costmap, Footprint, footprint
+from attune.robots.mujoco.driving import find_way
 from attune.robots.mujoco.imagination import Imagination
 from attune.robots.mujoco.imagined_view import own_shadow, sees
-from attune.robots.mujoco.whole_motions import PLACING, Manner, find_picks, find_places, manners, radius
+from attune.robots.mujoco.whole_motions import PLACING, Manner, find_picks, find_places, is_compact, manners, radius
 
 Array = NDArray[np.float64]
 
@@ -35,6 +36,10 @@ CLEARANCE = 0.045
 """Kept from obstacles where the robot stops [m]."""
 _COMPLETIONS = 3
 """Candidates of an arm motion that are tried to the end from one base pose."""
+_WIDE = 0.5
+"""Value of a base pose from which what is taken could only be carried far from the body."""
+_SECOND_BEST = 4
+"""Base poses of less than full value after which no more are tried."""
 _POSES = 60
 """Base poses that are tried."""
 _HANDLE_POSES = 500
@@ -95,11 +100,18 @@ def pick_poses(
     """Base poses for picking an object up with one of the arms for which there are worlds."""
     hopeless: set[bytes] = set()
     postures = {arm: world.arm(arm) for arm, (world, _) in worlds.items()}
+    now = next(iter(worlds.values()))[0].base
 
-    def prove(arm: Arm, manner: Manner) -> bool:
+    def prove(arm: Arm, manner: Manner) -> float:
         world, carrying = worlds[arm]
         search = find_picks(world, carrying, percept, arm, postures[arm], rng, _COMPLETIONS, pitch, hopeless, manner)
-        return any(plan is not None for plan in search)
+        plan = next((plan for plan in search if plan is not None), None)
+        if plan is None:
+            return 0.0
+        if is_compact(carrying, plan):
+            return 1.0
+        leaves = find_way(carrying, costmap, footprint(carrying.body_solids()), carrying.base, now)
+        return _WIDE if leaves else 0.0
 
     view = next(iter(worlds.values()))[0]
     x, y, z = percept.pose.position
@@ -174,7 +186,7 @@ def _in_any_manner(
     costmap: Costmap,
     body: Footprint,
     point: Point,
-    prove: Callable[..., bool],
+    prove: Callable[..., float],
     rng: np.random.Generator,
     preferred: Callable[[BasePose], bool],
     ways: tuple[Manner, ...],
@@ -195,7 +207,7 @@ def _proven(
     costmap: Costmap,
     body: Footprint,
     point: Point,
-    prove: Callable[[Arm], bool],
+    prove: Callable[[Arm], float],
     rng: np.random.Generator,
     limit: int = _POSES,
     preferred: Callable[[BasePose], bool] = lambda pose: True,
@@ -213,7 +225,14 @@ def _proven(
     del candidates[limit:]
     candidates.sort(key=lambda candidate: not preferred(candidate[1]))
     yield None
+    second_best: list[BasePose] = []
     for arm, pose in candidates:
         for world in worlds[arm]:
             world.base = pose
-        yield pose if prove(arm) else None
+        value = prove(arm)
+        if 0.0 < value < 1.0:
+            second_best.append(pose)
+        yield pose if value == 1.0 else None
+        if len(second_best) == _SECOND_BEST:
+            break
+    yield from second_best
