@@ -83,6 +83,7 @@ def test_a_stop_that_only_the_text_has_is_no_speech_to_the_robot() -> None:
     ("please stop hitting your door", 0.6, 0.92, 2.1, False),
     ("stop my table we still have bread for a week", 0.2, 0.6, 3.0, True),
     ("stop it oh just stop it", 0.2, 0.98, 2.4, False),
+    ("stop it oh just stop it", 0.2, 0.95, 2.4, True),
 ])  # fmt: skip
 def test_long_talk_that_is_hard_to_understand_has_to_sound_like_an_order(
     heard: str, confidence: float, order: float, seconds: float, is_denied: bool

@@ -155,7 +155,9 @@ class Listener:
             self._bus.publish(SPEECH_ACTIVITY, SpeechActivity(time=self._clock.now(), speaking=False))
 
     def _with_order(self, ears: _Ears, change: SpeechBegan | SpeechEnded) -> SpeechBegan | _Over:
-        return _Over(change, ears.spotter.order(change.end)) if isinstance(change, SpeechEnded) else change
+        return (
+            _Over(change, ears.spotter.order(change.end, change.start)) if isinstance(change, SpeechEnded) else change
+        )
 
     async def _recognise(self, ears: _Ears, receive: MemoryObjectReceiveStream[_Heard]) -> None:
         utterance: list[Frame] = []

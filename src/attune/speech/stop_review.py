@@ -14,6 +14,8 @@ _LONGEST = 2.2
 """An order to stop is no longer than this [s], and so slow only from slow speakers."""
 _LONGEST_DOUBT = 1.4
 """No text can be expected to make it a stop after this long [s]; the final one still may."""
+_LONGEST_PAUSE = 1.45
+"""No pause that may be wrongful is longer than this [s], even if the final text is still to come."""
 _LONGEST_ORDER = 1.4
 """An order to stop does not go on for longer than this after the word [s]: whoever still speaks then talks of something
 else, even if it is mistaken for an order so far."""
@@ -97,7 +99,7 @@ class StopReview:
         since = time - self._spotted
         if self._is_stop(partial):
             self._doubtful = None
-            takes_back = speaking and since >= _LONGEST_ORDER
+            takes_back = since >= (_LONGEST_ORDER if speaking else _LONGEST_PAUSE)
         else:
             self._doubtful = time if self._doubtful is None else self._doubtful
             takes_back = since >= _LONGEST_DOUBT or (speaking and time - self._doubtful >= _DOUBT)
@@ -164,7 +166,7 @@ def _is_denied(heard: Recognition, evidence: Evidence) -> bool:
     is_known = bool(stops_in(heard.text))
     # Long talk that is hard to understand often seems to have an order in it.
     if evidence.seconds > (_LONG if is_known else _LONGEST) and _is_doubtful(heard):
-        return evidence.order < _LIKELY_IF_LONG
+        return evidence.order < (_LIKELY_IF_LONG if evidence.seconds <= _LONGEST else _SURE)
     return is_known and evidence.seconds <= _LONGEST and not evidence.spotted and evidence.order < _NO_ORDER
 
 

@@ -1,9 +1,10 @@
 """Hears "stop" while the person is still speaking, from the raw stream and from partial results."""
 
+import math
 from collections import deque
 
 from attune.speech.audio import FRAME_SECONDS, Samples
-from attune.speech.loudness import Background, level
+from attune.speech.loudness import SILENCE, Background, level
 from attune.speech.stop_network import StopNetwork, Verdict
 from attune.speech.stop_words import is_negated_after, stops_in
 
@@ -22,6 +23,10 @@ _LEAST_MARGIN = 10.0
 """A stop in the distance is somebody else's [dB over the background]."""
 _WORD_LENGTH = 0.8
 """The loudness of the word, and what the network made of it, is that of the last moment [s]."""
+_FALLEN, _FALLEN_FOR = 8.0, 0.4
+"""Who is softer than the word by this [dB] for this long [s] is somebody else."""
+_STILL_TOLD = 1.5
+"""The network remembers 2 s: so long after a word [s] it still judges that."""
 _REFRACTORY = 1.0
 """Both ways of hearing tell the same word within this time [s]."""
 _REMEMBERED = 3.0
@@ -39,6 +44,8 @@ class StopSpotter:
         self._network = StopNetwork()
         self._background = Background(FRAME_SECONDS)
         self._told: float | None = None
+        self._loudness = SILENCE
+        self._order_after = 0.0
         self._heard: deque[tuple[float, Verdict]] = deque(maxlen=round(_REMEMBERED / FRAME_SECONDS))
         self._partial = ""
         self._told_in_partial = 0
@@ -60,6 +67,8 @@ class StopSpotter:
         if verdict is None:
             return ""
         self._heard.append((time, verdict))
+        if self._is_softer_now(time):
+            self._order_after = max(self._order_after, verdict.order)
         needed = _AGAINST_TEXT if is_negated_after(self._partial) else _ALONE
         if verdict.stop < needed or not voiced or self._is_far():
             return ""
@@ -94,14 +103,17 @@ class StopSpotter:
         """As `order`, at this moment."""
         return self._heard[-1][1].order if self._heard else 0.0
 
-    def order(self, end: float) -> float:
+    def order(self, end: float, start: float = math.inf) -> float:
         """Probability that what was said until then, within two seconds, was an order to stop and nothing else.
 
         Args:
             end: When it ended [s]; the probability is known 0.1 s after that.
+            start: When it began [s]. If a stop was spotted since, the probability after that counts, too, if only much
+                softer voices followed it: they may have hidden its end.
         """
         settled = [each.order for time, each in tuple(self._heard) if _SETTLED <= time - end <= _FORGOTTEN]
-        return max(settled, default=0.0)
+        is_told = self._told is not None and self._told >= start
+        return max([*settled, self._order_after if is_told else 0.0])
 
     def _is_likely(self, time: float) -> bool:
         recent = [each for heard, each in tuple(self._heard) if heard >= time - _WORD_LENGTH]
@@ -110,8 +122,13 @@ class StopSpotter:
     def _is_far(self) -> bool:
         return self._background.loudest(_WORD_LENGTH) - self._background.level < _LEAST_MARGIN
 
+    def _is_softer_now(self, time: float) -> bool:
+        is_told = self._told is not None and time - self._told < _STILL_TOLD
+        return is_told and self._background.loudest(_FALLEN_FOR) <= self._loudness - _FALLEN
+
     def _is_new(self, time: float) -> bool:
         if self._told is not None and time - self._told < _REFRACTORY:
             return False
         self._told = time
+        self._loudness, self._order_after = self._background.loudest(_WORD_LENGTH), 0.0
         return True
