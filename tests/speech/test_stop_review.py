@@ -9,7 +9,7 @@ from attune.evaluation.speakers import Speaker, noise, people
 from attune.speech.audio import Samples
 from attune.speech.recogniser import Recognition
 from attune.speech.stop_judge import StopJudge
-from attune.speech.stop_review import Evidence, overruled
+from attune.speech.stop_review import Evidence, StopReview, overruled
 from attune.speech.stop_words import reads_as_stop
 
 CLARA, ERIK = people()[2], people()[4]
@@ -96,6 +96,13 @@ def test_long_talk_that_is_hard_to_understand_has_to_sound_like_an_order(
 def test_what_the_network_does_not_know_is_left_to_the_text() -> None:
     heard = Recognition("never mind", confidence=0.7, in_domain=True)
     assert overruled(heard, Evidence(False, 0.01, 0.8, never), lambda text: text == "never mind") == heard
+
+
+def test_a_pause_is_bounded_even_if_the_final_text_is_late() -> None:
+    review = StopReview(reads_as_stop)
+    review.spotted(1.0)
+    assert not review.takes_back("stop", 2.4, speaking=False, order=0.9)
+    assert review.takes_back("stop", 2.46, speaking=False, order=0.9)
 
 
 def test_a_spotted_stop_in_a_long_sentence_is_left_to_the_recogniser() -> None:
