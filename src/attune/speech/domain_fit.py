@@ -49,5 +49,9 @@ class DomainFit:
                 found[word] = found.get(word, 0.0) + lead
         return found
 
+    def unknown_words(self, text: str) -> int:
+        """How many words the domain does not have."""
+        return sum(word not in self._known for word in text.split())
+
     def _lead(self, word: str) -> float:
         return math.log10(self._model.probability(word)) - everyday_probability(word) - _TELLING

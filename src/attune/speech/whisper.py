@@ -7,6 +7,7 @@ import re
 from collections import Counter
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
+from math import inf
 from pathlib import Path
 
 import numpy as np
@@ -188,7 +189,8 @@ class WhisperRecogniser:
             return Recognition()
         rivals = firsts if agreed else dict.fromkeys((*read.texts[:2], *others))
         scores = dict(zip(rivals, self._model.score(read.encoded, list(rivals)), strict=True))
-        ranked = sorted(scores, key=lambda text: self._with_domain(scores[text].log_probability, text), reverse=True)
+        together = {text: self._with_domain(scores[text].log_probability, text) for text in rivals}
+        ranked = sorted(together, key=together.__getitem__, reverse=True)
         if not ranked:
             return Recognition()
         best = ranked[0]
@@ -199,6 +201,8 @@ class WhisperRecogniser:
             telling_words=sum(telling.values()),
             tokens=scores[best].mean_log_probability,
             agreed=0.5 if other is None else float(alike and bool(others)),
+            lead=min((together[best] - together[text] for text in ranked if self._tells_more(text, best)), default=inf),
+            unknown=self._domain.unknown_words(best),
             snr=signal_to_noise(sound),
         )
         more = (*ranked[1:], *read.texts, *others)
@@ -210,6 +214,10 @@ class WhisperRecogniser:
             words=other.words if other and other.text == best else self._words(scores[best], read.encoded.seconds),
             log_mel=read.encoded.features,
         )
+
+    def _tells_more(self, text: str, best: str) -> bool:
+        """Whether a reading has telling words that the best one has not."""
+        return not self._domain.telling_words(text).keys() <= self._domain.telling_words(best).keys()
 
     def _with_domain(self, log_probability: float, text: str) -> float:
         return log_probability + _DOMAIN_WEIGHT * self._domain.log_probability(text)
