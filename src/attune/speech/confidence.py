@@ -38,7 +38,7 @@ _RIGHT_FIT, _RIGHT_TOKENS, _AGREED_RIGHT, _WRITTEN_RIGHT = 0.78, 0.324, 1.49, -1
 _RIGHT_LEAD, _LARGEST_WRITTEN_LEAD, _UNKNOWN_WORD, _MOST_UNKNOWN = 0.17, 12.0, -0.67, 2
 _WRITTEN_SNR, _WRITTEN_BEST_SNR = 0.075, 45.0
 """The weight of noise came out as 0.052, and is higher for the same reason."""
-_WRITTEN_SURE = 1.4
+_WRITTEN_SURE = 1.2
 
 
 @dataclass(frozen=True, slots=True)
