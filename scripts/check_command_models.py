@@ -12,13 +12,14 @@ from collections import Counter
 from collections.abc import Iterable
 from pathlib import Path
 
+import anyio
 import torch
 import train_command_model
 import train_command_network
 from train_command_model import SENTENCES, read, sampled
 from train_command_network import Embeddings
 
-from attune.cli.understanding import COMMANDS, LineContext
+from attune.cli.understanding import interpret_lines
 from attune.core.scene import load_scene
 from attune.dialogue.corpus import scene_lexicon
 from attune.dialogue.grammar.command_judge import CommandJudge
@@ -39,10 +40,10 @@ def judge_without(groups: Iterable[str], embeddings: Embeddings) -> CommandJudge
 def count(path: Path, interpreter: GrammarInterpreter) -> Counter[str]:
     """What becomes of the sentences of one group."""
     counts: Counter[str] = Counter()
-    for text in path.read_text("utf-8").splitlines():
-        line = json.loads(text)
-        meaning = interpreter.read(line["utterance"], LineContext.model_validate(line["context"]).context())
-        got, want = meaning.intent if meaning.intent in COMMANDS else "other", line["expect"]["command"]
+    answers: list[str] = []
+    anyio.run(interpret_lines, path.read_bytes(), interpreter, answers.append)
+    for line, answer in zip(path.read_text("utf-8").splitlines(), answers, strict=True):
+        got, want = json.loads(answer)["command"], json.loads(line)["expect"]["command"]
         counts["others" if want == "other" else "commands"] += 1
         counts["right"] += want != "other" and got == want
         counts["false"] += want == "other" and got != want

@@ -104,6 +104,31 @@ def test_an_answer_takes_all_that_the_question_gave_the_option() -> None:
     )
 
 
+@pytest.mark.parametrize("offer", ["Do you want milk as well?", "Would you like some milk?"])
+@pytest.mark.parametrize("answer", ["No milk, thanks.", "I'm fine without milk", "no, I've got milk already"])
+def test_what_is_offered_is_refused_by_its_name(offer: str, answer: str) -> None:
+    assert read(answer, pending_question=offer, last_robot_utterance=offer).intent == "deny"
+
+
+@pytest.mark.parametrize(
+    "text", ["Stop it, Tobi, that tickles!", "stop it jamie that hurts", "Wait, Ruby, I'm coming too"]
+)
+def test_a_stop_that_names_somebody_else_is_not_for_the_robot(text: str) -> None:
+    assert read(text).intent == "talk"
+    task = {"command": "bring_me", "objects": [{"type": "cup"}]}
+    assert read(text, task=task).intent == "talk"
+    assert read(text.split()[0], task=task).intent == "stop"
+    assert read(f"{text.split()[0].strip(',')}, robot!", task=task).intent == "stop"
+
+
+@pytest.mark.parametrize(
+    "text", ["Stooop!", "nvm", "could you wait a little, my mother is walking past", "pause that till I'm back"]
+)
+def test_a_stop_is_understood_at_work_and_idle(text: str) -> None:
+    assert read(text).intent == "stop"
+    assert read(text, task={"command": "bring_me", "objects": [{"type": "cup"}]}).intent == "stop"
+
+
 def test_internal_intents_are_told_apart() -> None:
     assert read("put it back please").intent == "put_back"
     assert read("forget the spoon").intent == "cancel_object"
