@@ -117,8 +117,8 @@ def test_a_stop_that_names_somebody_else_is_not_for_the_robot(text: str) -> None
     assert read(text).intent == "talk"
     task = {"command": "bring_me", "objects": [{"type": "cup"}]}
     assert read(text, task=task).intent == "talk"
-    assert read(text.split()[0], task=task).intent == "stop"
-    assert read(f"{text.split()[0].strip(',')}, robot!", task=task).intent == "stop"
+    assert read(text.split(maxsplit=1)[0], task=task).intent == "stop"
+    assert read(f"{text.split(maxsplit=1)[0].strip(',')}, robot!", task=task).intent == "stop"
 
 
 @pytest.mark.parametrize(
