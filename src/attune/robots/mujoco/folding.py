@@ -24,6 +24,9 @@ _BACK_STEPS = 6
 _SLOW = 0.5
 """Share of the usual speed near what was touched."""
 
+_ROOM = 0.01
+"""Kept in addition from everything by an empty arm, if possible [m]."""
+
 
 class Folding:
     """Folds empty arms and brings carried objects close to the body.
@@ -128,6 +131,12 @@ class Folding:
 
     def _path(self, world: Imagination, arm: Arm, start: Array) -> Array | None:
         held = self._beliefs.held.get(arm)
+        if held is None:
+            with world.roomier(arm, _ROOM):  # Beside a door that was just let go there may be more room, or none.
+                world.set_arm(arm, start)
+                path = folding_path(world, arm, self._rng, start) if world.free() else None
+            if path is not None:
+                return path
         for _ in range(_TRIES):
             path = (
                 folding_path(world, arm, self._rng, start)

@@ -6,7 +6,8 @@ what it carries, are looked for.
 """
 
 import copy
-from collections.abc import Mapping, Sequence
+from collections.abc import Iterator, Mapping, Sequence
+from contextlib import contextmanager
 from typing import Any, cast
 
 import mujoco
@@ -182,16 +183,24 @@ class Imagination:
             path: Configurations, shape (n, 7).
             room: How much farther it should be away than usual [m].
         """
+        with self.roomier(arm, room):
+            count = 0
+            for q in path:
+                self.set_arm(arm, q)
+                count += not self.free()
+        return count
+
+    @contextmanager
+    def roomier(self, arm: Arm, room: float) -> Iterator[None]:
+        """For a while, an arm and what it carries keep so much farther away from things than usual [m]."""
         m, usual = self.model, self.model.geom_margin.copy()
         m.geom_margin[(m.geom_contype & _ARM_BITS[arm]) > 0] += room
         self._tell_bodies_margins()
-        count = 0
-        for q in path:
-            self.set_arm(arm, q)
-            count += not self.free()
-        m.geom_margin[:] = usual
-        self._tell_bodies_margins()
-        return count
+        try:
+            yield
+        finally:
+            m.geom_margin[:] = usual
+            self._tell_bodies_margins()
 
     def widen_carried(self, arm: Arm, margin: float = MARGIN / 2) -> None:
         """Set how far what an arm carries keeps from everything [m]; without a margin, the usual one."""
