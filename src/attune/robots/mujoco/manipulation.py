@@ -21,6 +21,7 @@ from attune.robots.interface import (
 )
 from attune.robots.mujoco import pr2
 from attune.robots.mujoco.beliefs import Beliefs, Held
+from attune.robots.mujoco.crowding import TOUCHING, crowding
 from attune.robots.mujoco.folding import Folding
 from attune.robots.mujoco.frames import Frame, frame_of, pose_of
 from attune.robots.mujoco.imagination import Imagination
@@ -29,10 +30,8 @@ from attune.robots.mujoco.stepwise import results
 from attune.robots.mujoco.straighten import ASKEW, straightening_path, tilt
 from attune.robots.mujoco.whole_motions import (
     PLACING,
-    TOUCHING,
     Pick,
     Place,
-    crowding,
     find_picks,
     find_places,
     manners,

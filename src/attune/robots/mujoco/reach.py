@@ -15,10 +15,11 @@ from attune.robots.mujoco import pr2
 from attune.robots.mujoco.arcs import ROOMS, find_arcs, handle_ways
 from attune.robots.mujoco.beliefs import Held
 from attune.robots.mujoco.costmap import Costmap, Footprint, footprint
+from attune.robots.mujoco.crowding import is_compact
 from attune.robots.mujoco.driving import find_way
 from attune.robots.mujoco.imagination import Imagination
 from attune.robots.mujoco.imagined_view import own_shadow, sees
-from attune.robots.mujoco.whole_motions import PLACING, Manner, find_picks, find_places, is_compact, manners, radius
+from attune.robots.mujoco.whole_motions import PLACING, Manner, find_picks, find_places, manners, radius
 
 Array = NDArray[np.float64]
 

@@ -15,7 +15,7 @@ from attune.robots.interface import Arm, Percept, Point
 from attune.robots.mujoco import pr2
 from attune.robots.mujoco.arm_paths import joint_path
 from attune.robots.mujoco.beliefs import Held
-from attune.robots.mujoco.carry import COMPACT, carrying_path, folding_path, is_carrying
+from attune.robots.mujoco.carry import carrying_path, folding_path
 from attune.robots.mujoco.frames import frame_of
 from attune.robots.mujoco.grasps import grasps_for
 from attune.robots.mujoco.imagination import Imagination
@@ -31,7 +31,6 @@ from attune.robots.mujoco.pick_place import (
     pick_starts,
     place_starts,
 )
-from attune.robots.mujoco.reaching import finer
 from attune.robots.mujoco.skeleton import through_things
 from attune.robots.mujoco.upright_paths import upright_path
 
@@ -108,16 +107,6 @@ def manners(pitch: float | None = None) -> tuple[Manner, ...]:
 
 PLACING = (Manner(roomy=True), Manner(), Manner(over=True))
 """The manners of putting down, the best first."""
-_ROOM = 0.01
-"""An arm should keep so much more distance than it must [m]: motors follow a path to within some millimetres."""
-_BETWEEN = 0.025
-"""Between the points that are looked at for that [rad]."""
-TOUCHING = 100
-"""Weight of a point at which something is not even as far away as it must be."""
-_WIDE = 1000
-"""Weight of carrying something far from the body."""
-_NEAR = 3
-"""Points of the straight part at the object, at which that does not count."""
 _SLANT = 0.6
 """How far towards the robot what is lifted slantwise comes for each metre up."""
 _ROOMY = 0.016
@@ -239,46 +228,6 @@ def find_places(
             if completions <= 0:
                 return
         yield None
-
-
-def is_compact(carrying: Imagination, motion: Pick) -> bool:
-    """Whether what was picked up is then held close enough to the body for driving through narrow ways."""
-    arm = motion.plan.arm
-    carrying.set_in_hand(arm, motion.plan.in_hand)
-    carrying.set_arm(arm, motion.carry[-1])
-    return is_carrying(carrying, arm, COMPACT)
-
-
-def crowding(world: Imagination, carrying: Imagination, name: str, motion: Pick | Place) -> int:
-    """How near to things a motion comes, also between the points that the search has looked at; 0 if it keeps away.
-
-    The neighbourhood of the grasp does not count; what is carried far from the body does, for driving.
-
-    Args:
-        world: In which the motion was found, just now; the object is where it is grasped or put down.
-        carrying: The same with the object in the gripper.
-        name: The object.
-        motion: What was found.
-    """
-    arm = motion.plan.arm
-    if isinstance(motion, Pick):
-        empty = (motion.reach, motion.plan.approach[:-_NEAR])
-        full = (motion.plan.lift[_NEAR:], motion.carry)
-    else:
-        empty = (motion.plan.retreat[_NEAR:], motion.fold)
-        full = (motion.reach, motion.plan.lower[:-_NEAR])
-    world.set_gripper(arm, pr2.GRIPPER_OPEN)
-    world.aim_at(name)
-    count = 0
-    for imagined, paths in ((world, empty), (carrying, full)):
-        for path in paths:
-            if len(path) > 1:
-                points = finer(path, _BETWEEN)
-                count += imagined.crowded(arm, points, _ROOM) + TOUCHING * imagined.crowded(arm, points)
-    world.keep_clear(name)
-    if isinstance(motion, Pick) and not is_compact(carrying, motion):
-        count += _WIDE
-    return count
 
 
 def _worth_trying(
