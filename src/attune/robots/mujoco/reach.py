@@ -4,6 +4,7 @@ The searches are iterators: each step is one short piece of work, so that a call
 stop between any two steps. A step yields a proven base pose, or None when its candidate was no good.
 """
 
+from collections import Counter
 from collections.abc import Callable, Iterator
 from functools import partial
 
@@ -41,6 +42,8 @@ _WIDE = 0.5
 """Value of a base pose from which what is taken could only be carried far from the body."""
 _SECOND_BEST = 4
 """Base poses of less than full value after which no more are tried."""
+_IN_VAIN = 8
+"""Base poses from which all of these were tried in vain, before a manner of grasping is given up: it takes long."""
 _POSES = 60
 """Base poses that are tried."""
 _HANDLE_POSES = 500
@@ -103,11 +106,21 @@ def pick_poses(
     postures = {arm: world.arm(arm) for arm, (world, _) in worlds.items()}
     now = next(iter(worlds.values()))[0].base
 
+    in_vain: Counter[Manner] = Counter()
+
     def prove(arm: Arm, manner: Manner) -> float:
+        if in_vain[manner] == _IN_VAIN:
+            return 0.0
         world, carrying = worlds[arm]
         search = find_picks(world, carrying, percept, arm, postures[arm], rng, _COMPLETIONS, pitch, hopeless, manner)
-        plan = next((plan for plan in search if plan is not None), None)
+        steps = 0
+        plan = None
+        for plan in search:
+            steps += 1
+            if plan is not None:
+                break
         if plan is None:
+            in_vain[manner] += steps >= _COMPLETIONS
             return 0.0
         if is_compact(carrying, plan):
             return 1.0
