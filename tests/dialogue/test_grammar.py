@@ -129,6 +129,28 @@ def test_a_stop_is_understood_at_work_and_idle(text: str) -> None:
     assert read(text, task={"command": "bring_me", "objects": [{"type": "cup"}]}).intent == "stop"
 
 
+def test_who_has_one_already_wants_no_other() -> None:
+    task = {"command": "bring_me", "objects": [{"type": "spoon"}]}
+    meaning = read("never mind the spoon, I've already got one", task=task)
+    assert (meaning.intent, meaning.remove, meaning.add) == ("cancel_object", (ObjectSpec(type="spoon"),), ())
+
+
+def test_a_little_at_the_end_is_no_size() -> None:
+    task = {"command": "bring_me", "objects": [{"type": "fork"}]}
+    assert read("slow down a little", task=task).style == "slower"
+    assert read("the big cup and a little plate").add[1].size == "small"
+
+
+@pytest.mark.parametrize("text", ["Just get me the damn fork!", "gonna bring me the fork?"])
+def test_a_small_word_before_an_order_calls_nobody(text: str) -> None:
+    assert read(text).add == (ObjectSpec(type="fork"),)
+
+
+@pytest.mark.parametrize("text", ["Hey Google, cancel my alarm", "Omg Chloe stop, I'm dying"])
+def test_another_machine_or_person_is_told_to_stop(text: str) -> None:
+    assert read(text, task={"command": "bring_me", "objects": [{"type": "cup"}]}).intent == "talk"
+
+
 def test_internal_intents_are_told_apart() -> None:
     assert read("put it back please").intent == "put_back"
     assert read("forget the spoon").intent == "cancel_object"

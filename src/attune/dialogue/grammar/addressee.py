@@ -9,7 +9,8 @@ from attune.dialogue.lexicon import Lexicon
 from attune.dialogue.words import words
 
 _OPENERS = words(
-    "hey hi hello oh yes no okay well so please listen thanks now look excuse me dear good morning and but right sorry"
+    "hey hi hello oh yes no okay well so please listen thanks now look excuse me dear good morning and but right sorry "
+    "omg god ach och oi aww lol"
 )
 _TO_YOU = words(
     "can could would will did do does have has are is was were where what when why how who you please "
@@ -39,6 +40,8 @@ _KNOWN_OPENERS = words(
     "drop set lay place store keep hold carry deliver serve prepare cook bake wait halt freeze pause continue resume "
     "proceed repeat speak talk "
     "to of in on at by for with from up down out off over under about into onto as than because "
+    "just better might must may whoa huh ha haha hiya psst aha real ready omg lol afterwards whether "
+    "gonnae gonna gotta wanna lemme honest luckily meantime apparently except unless though although thankfully soon ta "
     "oi oy ey somebody someone anybody anyone och ach oui si chef "
     "third here there this that it you i we see fantastic super awesome correction wrong mistake "
     "apologies hungry thirsty tired careful easy slower faster louder quieter and but or if when while "

@@ -232,8 +232,17 @@ _TAG = re.compile(
 _INSTEAD_FIRST = re.compile(r"\binstead (?=T\d+(?: ,)?(?: \w+){0,2} T\d)")
 
 
+_HAVE_ONE_ALREADY = re.compile(
+    r"\b((?:never ?mind|forget|skip|cancel|leave|do not (?:need|want|bring|bother with))(?: about)? T\d+"
+    r"(?: any ?more)?) ,? ?(?:because |since |as )?(?:i|we) (?:already )?(?:have|got|found)(?: already)?(?: got| found)? "
+    r"(?:T\d+|one|mine)(?: already| here| now| myself)*(?= *(?:[.,?]|$))"
+)
+"""Why something is not wanted any more names it again: "never mind the spoon, I've got one"."""
+
+
 def without_asides(text: str) -> str:
     """A skeleton without courtesies, tag questions and other asides, which say nothing about what is wanted."""
     text = _TAG.sub(" ", f"{text} ")
     text = _INSTEAD_FIRST.sub("instead of ", text)
+    text = _HAVE_ONE_ALREADY.sub(r"\1", text)
     return " ".join(_ASIDE.sub(" ,", f"{text} ").split()).strip(" ,")

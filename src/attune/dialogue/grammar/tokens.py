@@ -42,6 +42,12 @@ _THE_CUT_SHORT = re.compile(r"\bt['’](?=[a-z]{3})", re.IGNORECASE)
 _OUT_OF = re.compile(
     r"\b(out|oot) (?=(?:the|that|your|my|our) (?:\w+ )?(?:fridge|drawer|cupboard|cabinet|dishwasher)\b)"
 )
+_A_LITTLE_MORE = re.compile(
+    r"\ba little(?= *(?:[.,!?;]|$)| (?:slower|faster|louder|quieter|softer|closer|nearer|further|farther|longer|later|"
+    r"more \w+ly)\b)",
+    re.IGNORECASE,
+)
+"""Where it says how much, and is no size."""
 _DRAWN_OUT = re.compile(r"([a-z])\1{2,}")
 _TOKEN = re.compile(
     r"\b(?:o|wi|an|hol)['’](?!\w)|[a-zäöüéèàç0-9]+(?:['’][a-z]+)*|['’][a-z]+|[.!?…]+|[,;:—–()\"]|\s-+\s", re.IGNORECASE
@@ -64,7 +70,7 @@ def tokenize(text: str) -> list[Token]:
     """Words in lower case with contractions written out and hesitations left out; punctuation as "," and "."."""
     tokens: list[Token] = []
     text = _THE_CUT_SHORT.sub("the ", _G_DROPPED.sub("g", re.sub(r"(?<=\w)-(?=\w)", " ", text)))
-    text = _OUT_OF.sub(r"\1 of ", text)
+    text = _A_LITTLE_MORE.sub("a bit", _OUT_OF.sub(r"\1 of ", text))
     for match in _TOKEN.finditer(text):
         piece = match[0]
         if not piece[0].isalnum() and piece[0] not in "'’":
