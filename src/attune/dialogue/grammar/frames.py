@@ -234,8 +234,8 @@ _INSTEAD_FIRST = re.compile(r"\binstead (?=T\d+(?: ,)?(?: \w+){0,2} T\d)")
 
 _HAVE_ONE_ALREADY = re.compile(
     r"\b((?:never ?mind|forget|skip|cancel|leave|do not (?:need|want|bring|bother with))(?: about)? T\d+"
-    r"(?: any ?more)?) ,? ?(?:because |since |as )?(?:i|we) (?:already )?(?:have|got|found)(?: already)?(?: got| found)? "
-    r"(?:T\d+|one|mine)(?: already| here| now| myself)*(?= *(?:[.,?]|$))"
+    r"(?: any ?more)?) ,? ?(?:because |since |as )?(?:i|we) (?:already )?(?:have|got|found)(?: already)?"
+    r"(?: got| found)? (?:T\d+|one|mine)(?: already| here| now| myself)*(?= *(?:[.,?]|$))"
 )
 """Why something is not wanted any more names it again: "never mind the spoon, I've got one"."""
 
