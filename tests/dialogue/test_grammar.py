@@ -146,7 +146,9 @@ def test_a_small_word_before_an_order_calls_nobody(text: str) -> None:
     assert read(text).add == (ObjectSpec(type="fork"),)
 
 
-@pytest.mark.parametrize("text", ["Hey Google, cancel my alarm", "Omg Chloe stop, I'm dying"])
+@pytest.mark.parametrize(
+    "text", ["Hey Google, cancel my alarm", "Omg Chloe stop, I'm dying", "Stop whisking, it's ready"]
+)
 def test_another_machine_or_person_is_told_to_stop(text: str) -> None:
     assert read(text, task={"command": "bring_me", "objects": [{"type": "cup"}]}).intent == "talk"
 

@@ -13,7 +13,7 @@ from attune.dialogue.grammar.command_judge import CommandJudge, load_command_jud
 from attune.dialogue.grammar.command_model import COMMANDS
 from attune.dialogue.grammar.corrections import settle
 from attune.dialogue.grammar.second_reading import SecondReading
-from attune.dialogue.grammar.stopping import without_denied_stops
+from attune.dialogue.grammar.stopping import is_of_people, without_denied_stops
 from attune.dialogue.interpreter import CommandIntent, Interpretation
 from attune.dialogue.lexicon import Lexicon
 
@@ -122,6 +122,8 @@ class SecondOpinion:
             if doubted is not None or answering:
                 return doubted or meaning
         command = self._command(meaning, found, judged, context)
+        if is_of_people(sentence.skeleton):
+            return meaning
         if command == found or (meaning.intent == "cancel_object" and command not in _MORE_THAN_CANCELLING):
             return meaning
         text = without_denied_stops(sentence.skeleton)[0]

@@ -69,9 +69,22 @@ _TALK_STOP = re.compile(
     r"\bstop (?:talking|speaking|chatting|telling|saying|yelling|shouting|babbling|mumbling|announcing|explaining)\b"
 )
 
+_OF_PEOPLE = re.compile(
+    r"\b(?:stop|quit) (?:crying|whisking|stirring|chopping|peeling|kneading|frying|chewing|eating|drinking|licking|"
+    r"biting|laughing|giggling|teasing|tickling|bullying|smoking|whining|moaning|complaining|nagging|arguing|fighting|sulking|"
+    r"swearing|lying|joking|kidding|barking|growling|scratching|sniffing|snoring|coughing|sneezing|fidgeting|slouching|"
+    r"worrying|dreaming|dancing|whistling|kissing|flirting)\b|\bhold on (?:to \w|tight)"
+)
+
+
+def is_of_people(skeleton: str) -> bool:
+    """Whether it is about what people and animals do, and no robot: "stop crying"."""
+    return bool(_OF_PEOPLE.search(skeleton))
+
+
 _WAIT = re.compile(
     rf"{_BEFORE}(?:(?:can|could|would|will) you |please |just )*"
-    r"(?:(?<=you )wait T\d+|wait|hold on|hang on|hold it|hold up|pause|"
+    r"(?:(?<=you )wait T\d+|wait|hold on(?! to \w| tight)|hang on|hold it|hold up|pause|"
     rf"hold your horses|"
     r"hang fire|would you mind waiting|(?:put|keep) (?:it|that|this|everything) on (?:hold|pause)|"
     r"hold(?= *(?:[.,?]|$))|"
