@@ -87,12 +87,14 @@ class Manner:
         strict: Only grasps with the pitch that is wanted.
         roomy: What is carried keeps well away from other objects.
         slantwise: The object is lifted towards the robot: it stands close before a wall or under the edge of a board.
+        high: What is put down is let go a little higher: fingers that hold it near its bottom need room below them.
     """
 
     over: bool = False
     strict: bool = False
     roomy: bool = False
     slantwise: bool = False
+    high: bool = False
 
 
 def manners(pitch: float | None = None) -> tuple[Manner, ...]:
@@ -105,10 +107,14 @@ def manners(pitch: float | None = None) -> tuple[Manner, ...]:
     return usual if pitch is None else (Manner(strict=True), *usual)
 
 
-PLACING = (Manner(roomy=True), Manner(), Manner(over=True))
+PLACING = (Manner(roomy=True), Manner(), Manner(over=True), Manner(high=True))
 """The manners of putting down, the best first."""
 _SLANT = 0.6
 """How far towards the robot what is lifted slantwise comes for each metre up."""
+_LOW = 0.03
+"""Fingers whose middle is not higher than this over the bottom of what they hold may come near what it is put on [m]."""
+_HIGHER = 0.004
+"""So much higher these then let go [m]."""
 _ROOMY = 0.016
 """Kept from other objects if possible: camera, hand and arm may each err by a few millimetres [m]."""
 
@@ -206,6 +212,10 @@ def find_places(
     """
     hopeless = set() if hopeless is None else hopeless
     top = position[2] + held.percept.extent[2] if manner.over else None
+    if manner.high:
+        if (held.upright @ held.in_hand.inverse().position)[2] > _LOW:
+            return
+        position = (position[0], position[1], position[2] + _HIGHER)
     if manner.roomy:
         carrying.widen_objects(_ROOMY)
     else:
