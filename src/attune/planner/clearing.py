@@ -6,6 +6,7 @@ stays where it was put. What was delivered in the present task is at most shifte
 
 import math
 from collections.abc import Iterable, Iterator
+from contextlib import suppress
 from itertools import chain
 
 from attune.core.errors import AttuneError
@@ -68,7 +69,8 @@ class Clearing:
             if move is None:
                 raise NoSpace(self._goal.destination)
             if item.held_by:  # The other hand alone might not reach there, and some robots have none.
-                await node.do(self.set_down(item))
+                with suppress(Unreachable, PathBlocked, NoSpace):
+                    await node.do(self.set_down(item))
             neighbour, spot = move
             await node.do(self._move(neighbour, chain((spot,), self._spots_aside(neighbour, None)), back=False))
 
@@ -178,6 +180,22 @@ class Clearing:
         """Put something that is held on one of some spots; `back`: it is brought home when there is time."""
 
         async def body(node: Node) -> None:
+            await node.do(self._put_on_one_of(name, spots))
+            self._desk.moved_aside(name, back=back)
+
+        return Part(f"put {name} aside", body)
+
+    def set_down(self, item: Individual) -> Part[None]:
+        """Put what is held on a free spot of an open surface nearby: the nearest of each surface before others."""
+        spots = list(self._open_spots(item))
+        nearest = {spot.surface.name: spot for spot in reversed(spots)}
+        spots.sort(key=lambda spot: nearest[spot.surface.name] is not spot)
+        return self._put_on_one_of(item.name, spots)
+
+    def _put_on_one_of(self, name: str, spots: Iterable[Spot]) -> Part[None]:
+        """Put something that is held on the first of some spots that can be reached, of those that are apart."""
+
+        async def body(node: Node) -> None:
             failure: AttuneError | None = None
             tried: list[Spot] = []
             for spot in spots:
@@ -192,21 +210,10 @@ class Clearing:
                 except (Unreachable, PathBlocked) as error:
                     failure = error
                     continue
-                self._desk.moved_aside(name, back=back)
                 return
             raise failure or NoSpace("")
 
-        return Part(f"put {name} aside", body)
-
-    def set_down(self, item: Individual) -> Part[None]:
-        """Put what is held on a free spot of an open surface nearby, if there is one."""
-
-        async def body(node: Node) -> None:
-            spot = next(self._open_spots(item), None)
-            if spot and item.held_by:
-                await node.do(self._skills.place(item, item.held_by, spot))
-
-        return Part("set it down for a while", body)
+        return Part(f"put {name} down for a while", body)
 
     def _spots_aside(self, item: Individual, wanted: Individual | None) -> Iterator[Spot]:
         """Where something that is in the way of a wanted thing can be put: not before the hand, if possible."""

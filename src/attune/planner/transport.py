@@ -2,6 +2,7 @@
 
 import math
 from collections.abc import Callable, Iterator
+from contextlib import suppress
 from dataclasses import replace
 
 from attune.core.errors import AttuneError
@@ -71,7 +72,8 @@ class Transport:
                 await node.do(self._clearing.finish())
             item = self._item()
             if item and item.held_by and self._must_regrasp:
-                await node.do(self._clearing.set_down(item))
+                with suppress(Unreachable, PathBlocked, NoSpace):  # Else it is tried once more as it is held.
+                    await node.do(self._clearing.set_down(item))
                 item = self._item()
                 self._must_regrasp = bool(item and not item.held_by)
             if item is None or not item.held_by:

@@ -40,6 +40,8 @@ _COMPLETIONS = 3
 """Candidates of an arm motion that are tried to the end from one base pose."""
 _WIDE = 0.5
 """Value of a base pose from which what is taken could only be carried far from the body."""
+_SLENDER = 0.55
+"""Radius of a robot that carries something and leaves wherever it has come to [m]; with folded arms it has 0.47."""
 _SECOND_BEST = 4
 """Base poses of less than full value after which no more are tried."""
 _IN_VAIN = 8
@@ -122,10 +124,12 @@ def pick_poses(
         if plan is None:
             in_vain[manner] += steps >= _COMPLETIONS
             return 0.0
-        if is_compact(carrying, plan):
+        compact, outline = is_compact(carrying, plan), footprint(carrying.body_solids())
+        if compact and outline.radius < _SLENDER:
             return 1.0
-        leaves = find_way(carrying, costmap, footprint(carrying.body_solids()), carrying.base, now)
-        return _WIDE if leaves else 0.0
+        if find_way(carrying, costmap, outline, carrying.base, now) is None:
+            return 0.0  # With the elbow out there might be no way out of where folded arms have led in.
+        return 1.0 if compact else _WIDE
 
     view = next(iter(worlds.values()))[0]
     x, y, z = percept.pose.position

@@ -112,7 +112,7 @@ PLACING = (Manner(roomy=True), Manner(), Manner(over=True), Manner(high=True))
 _SLANT = 0.6
 """How far towards the robot what is lifted slantwise comes for each metre up."""
 _LOW = 0.03
-"""Fingers whose middle is not higher than this over the bottom of what they hold may come near what it is put on [m]."""
+"""Fingers whose middle is not higher over the bottom of what they hold may come too near to what it is put on [m]."""
 _HIGHER = 0.004
 """So much higher these then let go [m]."""
 _ROOMY = 0.016
