@@ -135,7 +135,12 @@ def completed(meaning: Interpretation, pending: PendingQuestion) -> Interpretati
         agreed = meaning.intent == "affirm" or (
             meaning.answers and all(spec in pending.options for spec in meaning.add)
         )
-        return replace(about, reason=meaning.reason, confidence=meaning.confidence) if agreed else meaning
+        place = meaning.destination or about.destination
+        return (
+            replace(about, destination=place, reason=meaning.reason, confidence=meaning.confidence)
+            if agreed
+            else meaning
+        )
     if about is None or not meaning.answers or meaning.intent != "bring_me":
         return meaning
     definite = (*about.definite, *(False for _ in about.add))[: len(about.add)]

@@ -1,17 +1,15 @@
 """Answers to what the robot asked: "the red one", "yes please", "either"."""
 
 import re
-from dataclasses import dataclass, replace
-from typing import Literal
+from dataclasses import replace
 
 from attune.core.messages import ObjectSpec
 from attune.dialogue.context import Context
-from attune.dialogue.grammar.clauses import Sentence, skeleton
+from attune.dialogue.grammar.clauses import Sentence
 from attune.dialogue.grammar.items import Thing
-from attune.dialogue.grammar.phrases import PhraseReader
-from attune.dialogue.grammar.references import is_described_by, resolve
+from attune.dialogue.grammar.questions import Question
+from attune.dialogue.grammar.references import fits, is_described_by
 from attune.dialogue.grammar.remarks import NO, YES
-from attune.dialogue.grammar.tokens import tokenize
 from attune.dialogue.interpreter import Interpretation
 
 _ANY = re.compile(
@@ -24,104 +22,31 @@ _LEADING_YES = re.compile(
     r"^(?:(?:yes|sure|okay|right|of course|please|exactly|alright|oh|well|i guess|i think|"
     r",) ?)+"
 )
-_STOP_QUESTION = re.compile(r"\b(?:stop|cancel|give up|abort|pause)\b")
-_GO_ON_QUESTION = re.compile(r"\b(?:carry on|continue|go on|keep going|resume)\b")
 _REQUEST = re.compile(r"\b(?:instead of|rather than|swap|replace|exchange|not T\d+ but)\b")
 _ASKS = re.compile(
-    r"(?:(?:and|but|so|well|okay|,) )*(?:what|where|how (?:many|much|long)|(?:do|have) (?:we|you)|(?:is|are) there)\b"
+    r"(?:(?:and|but|so|well|okay|oh|,) )*(?:what|where|when|why|who|whose|how (?!about)|which (?:one )?(?:of \S+ )?"
+    r"(?:is|are|was|has)|(?:do|have) (?:we|you)|(?:is|are) there|(?:is|are|was|were|does|did|has) (?:the )?[TP]\d)\b"
 )
 """A question of the person's own is no answer, though it names what was offered: "what cups do you have?"."""
 _ORDINAL = re.compile(
     r"^(?:(?:the|number|option|please|,|\.|yes|no|one) ?)*(?P<n>first|former|second|latter|last|one|"
-    r"two)(?: (?:one|option|please|would be .*|then|,|\.))*$"
+    r"two)(?: (?:one|thing|option|choice|you (?:just )?(?:said|named|mentioned|offered)|please|would be .*|then|,|"
+    r"\.))*$"
 )
 _ORDINALS = {"first": 0, "former": 0, "one": 0, "second": 1, "two": 1, "latter": -1, "last": -1}
 
 
 _TWO = 2
-
-
-@dataclass(frozen=True, slots=True)
-class Question:
-    """What the robot asked.
-
-    Attributes:
-        kind: What an answer means: a choice among objects, a place, or a plain yes or no to something.
-        options: The objects offered.
-        places: The places offered.
-    """
-
-    kind: Literal["object", "place", "breakfast", "stop", "go_on", "repair"]
-    options: tuple[ObjectSpec, ...] = ()
-    places: tuple[str, ...] = ()
-
-
-def read_question(text: str, context: Context, reader: PhraseReader) -> Question:
-    """Understand the robot's own question."""
-    sentences = [part for part in re.split(r"(?<=[.?!])\s+", text) if part.strip()]
-    asked = [part for part in sentences if "?" in part] or sentences
-    lowered = " ".join(asked).lower()
-    if "breakfast" in lowered and not _things(" ".join(asked), reader).things:
-        return Question("breakfast")
-    found = _options(" ".join(asked), context, reader, text)
-    if not found and asked != sentences:
-        found = _options(" ".join(sentences), context, reader, text)
-    places = tuple(dict.fromkeys(spot.place for spot in _things(" ".join(asked), reader).spots if spot.role != "from"))
-    is_where = re.match(r"\W*(?:where|which place|on which|to which)", lowered) is not None or re.search(
-        r"\bwhere (?:should|shall|do|would)", lowered
-    )
-    puts = re.search(
-        r"\b(?:put|place|leave|deliver|take|bring|set)\b(?: \w+){0,4}? (?:on|to|onto|in|"
-        r"into)\b",
-        lowered,
-    )
-    if is_where or (places and puts and not re.search(r"\bbring you\b|\bwould you like (?:the|a)\b", lowered)):
-        return Question("place", found, places)
-    if not found and _STOP_QUESTION.search(lowered):
-        return Question("stop")
-    if not found and _GO_ON_QUESTION.search(lowered):
-        return Question("go_on")
-    if re.match(r"\W*(?:sorry, |pardon, )?did you (?:say|mean)", lowered):
-        return Question("repair", found, places)
-    return Question("object", found, places)
-
-
-def _things(text: str, reader: PhraseReader) -> Sentence:
-    return skeleton(reader.items(tokenize(text)))
-
-
-def _options(text: str, context: Context, reader: PhraseReader, whole: str) -> tuple[ObjectSpec, ...]:
-    sentence = _things(text, reader)
-    nouns = [thing.spec for thing in _things(whole, reader).things if thing.head == "noun"]
-    options: list[ObjectSpec] = []
-    for number, thing in enumerate(sentence.things):
-        before = sentence.skeleton[: sentence.skeleton.index(f"T{number}")].rstrip()
-        if re.search(r"\b(?:no|not (?:find|see|have|get)|instead of|rather than|no more|is no)$", before):
-            continue
-        spec = thing.spec
-        if not spec.type:
-            source = nouns[-1] if nouns else next(iter(context.recent), None)
-            if source is None:
-                continue
-            spec = replace(spec, type=source.type)
-            if options and options[-1].type == spec.type and options[-1].size and spec.size and not spec.color:
-                # "The big white plate or the small one?": that one is white too.
-                spec = replace(spec, color=options[-1].color)
-        located = re.search(rf"\bT{number} P(\d+)", sentence.skeleton)
-        if located and sentence.spots[int(located[1])].role in {"at", "from"}:
-            spec = replace(spec, location=spec.location or sentence.spots[int(located[1])].place)
-        options.append(spec)
-        if either := re.search(rf"\bT{number} P(\d+)(?: ,)? or P(\d+)", sentence.skeleton):
-            # "the milk from the fridge or from the table"
-            places = [sentence.spots[int(n)] for n in either.groups()]
-            if all(place.role in {"from", "at"} for place in places):
-                options[-1:] = [replace(spec, location=place.place) for place in places]
-    if len(options) > 1:
-        # "Which cup would you like, the red or the blue one?": the cup as such is no option.
-        bare = [spec for spec in options if not (spec.color or spec.size or spec.location)]
-        specific = [spec for spec in options if spec.color or spec.size or spec.location]
-        options = specific if specific and len({s.type for s in options}) == 1 and bare else options
-    return tuple(dict.fromkeys(options))
+_DENIES = re.compile(r"\b(?:no|nope|not|never|nor|neither|leave|keep|if|is|are|was)\b")
+_PUT_IT = (
+    r"(?:(?:(?:then|please|but|and|just|you can|could you|,) )*(?:put|bring|take|set|leave|place|have|get|make)"
+    r"(?: (?:it|that|them|me|one))*(?: (?:down|over|to go))? )?"
+)
+_BUT_THERE = re.compile(
+    rf"(?:(?:yes|please|okay|sure|right|alright|go on|of course|do|oh|well|and|but|then|i think|thanks|thank you|"
+    rf"exactly|just|make it|,) )*{_PUT_IT}P(\d+)\b(?! (?:is|was|has)\b)"
+)
+_AND_THERE = re.compile(rf"\bT\d+(?: please)? (?:(?:,|and|but) )+(?:to go )?{_PUT_IT}P(\d+)\b")
 
 
 _REFUSED = re.compile(
@@ -151,7 +76,12 @@ def read_answer(text: str, sentence: Sentence, question: Question, context: Cont
     if _REQUEST.search(text) or _ASKS.match(text):
         return None
     if question.kind == "place":
-        return _place_answer(text, sentence, question)
+        return _place_answer(text, sentence, question, context)
+    there = _BUT_THERE.match(text)
+    if there and len(question.options) == 1 and not re.search(r"\bT\d", text) and not _DENIES.search(text):
+        spot = sentence.spots[int(there[1])]
+        if spot.role in {"to", "at"}:
+            return _placed(question, context, spot.place, "agrees, and says where to")
     plain = not re.search(r"\b[TP]\d+\b", text)
     if plain and NO.match(text):
         return Interpretation(intent="deny", confidence=0.9, reason="says no to the question")
@@ -194,7 +124,7 @@ def read_answer(text: str, sentence: Sentence, question: Question, context: Cont
         if f"T{number}" in said and f"T{number}" not in refused_too
     ]
     if chosen and len(chosen) == len(things):
-        return _chosen(tuple(dict.fromkeys(chosen)))
+        return _chosen(tuple(dict.fromkeys(chosen)), _destination(text, sentence))
     if not things and sentence.spots:
         place = sentence.spots[-1].place
         at_place = [option for option in options if _place_of(option, context) == place]
@@ -252,28 +182,34 @@ def _place_of(option: ObjectSpec, context: Context) -> str:
     return places.pop() if len(places) == 1 else ""
 
 
-def _place_answer(text: str, sentence: Sentence, question: Question) -> Interpretation | None:
+def _destination(text: str, sentence: Sentence) -> str:
+    """Where the chosen one shall go: "the red one, on the counter"."""
+    there = _AND_THERE.search(text)
+    spot = sentence.spots[int(there[1])] if there else None
+    return spot.place if spot and spot.role in {"to", "at"} else ""
+
+
+def _placed(question: Question, context: Context, place: str, reason: str) -> Interpretation:
+    """A place for what was asked about: another one if the robot is about it, else it is brought there."""
+    recent = context.recent
+    if not question.options or any(has.type == o.type and fits(o, has) for o in question.options for has in recent):
+        return Interpretation(intent="change_location", destination=place, confidence=0.9, reason=reason)
+    return replace(_chosen(question.options, place), reason=reason)
+
+
+def _place_answer(text: str, sentence: Sentence, question: Question, context: Context) -> Interpretation | None:
     places = [spot.place for number, spot in enumerate(sentence.spots) if f"P{number}" in text.split()]
     if len(places) == 1 and not any(f"T{number}" in text.split() for number in range(len(sentence.things))):
-        return Interpretation(
-            intent="change_location", destination=places[0], confidence=0.9, reason="names the place asked for"
-        )
+        return _placed(question, context, places[0], "names the place asked for")
     if places or sentence.things:
         return None
     if NO.match(text):
         return Interpretation(intent="deny", confidence=0.9, reason="says no to the question")
     if (YES.match(text) and len(question.places) == 1) or (_ANY.search(text) and question.places):
-        return Interpretation(
-            intent="change_location", destination=question.places[0], confidence=0.9, reason="agrees to the place"
-        )
+        return _placed(question, context, question.places[0], "agrees to the place")
     ordinal = _ORDINAL.match(text)
     if ordinal and len(question.places) > 1:
-        return Interpretation(
-            intent="change_location",
-            destination=question.places[_ORDINALS[ordinal["n"]]],
-            confidence=0.9,
-            reason="chooses a place",
-        )
+        return _placed(question, context, question.places[_ORDINALS[ordinal["n"]]], "chooses a place")
     return None
 
 
@@ -289,11 +225,8 @@ def _agreed(question: Question) -> Interpretation:
     return Interpretation(intent="affirm", confidence=0.7, reason="says yes, but not to what")
 
 
-def _chosen(options: tuple[ObjectSpec, ...]) -> Interpretation:
+def _chosen(options: tuple[ObjectSpec, ...], destination: str = "") -> Interpretation:
     return Interpretation(
-        intent="bring_me", add=options, definite=(True,) * len(options), confidence=0.92,
+        intent="bring_me", add=options, definite=(True,) * len(options), destination=destination, confidence=0.92,
         reason="answers the question", answers=True,
     )  # fmt: skip
-
-
-__all__ = ["Question", "read_answer", "read_question", "resolve"]

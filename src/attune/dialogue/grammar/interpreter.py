@@ -9,7 +9,7 @@ from attune.core.messages import ObjectSpec
 from attune.dialogue.context import Context
 from attune.dialogue.grammar import frames
 from attune.dialogue.grammar.addressee import is_for_someone_else, is_told_to_another, who_is_called
-from attune.dialogue.grammar.answers import read_answer, read_question
+from attune.dialogue.grammar.answers import read_answer
 from attune.dialogue.grammar.breakfast import wants_breakfast
 from attune.dialogue.grammar.clauses import ClauseCutter, Sentence, skeleton
 from attune.dialogue.grammar.command_judge import CommandJudge
@@ -23,7 +23,9 @@ from attune.dialogue.grammar.decision import (
     just_spoken_of,
     pointed_at,
 )
+from attune.dialogue.grammar.moves import moved
 from attune.dialogue.grammar.phrases import PhraseReader
+from attune.dialogue.grammar.questions import read_question
 from attune.dialogue.grammar.references import in_their_roles
 from attune.dialogue.grammar.remarks import remark, status_question
 from attune.dialogue.grammar.requests import RequestReader
@@ -167,7 +169,7 @@ class GrammarInterpreter:
         """Whether people say "the milk" without meaning a particular one."""
         return type_ in self._lexicon.mass
 
-    def _meaning(
+    def _meaning(  # noqa: PLR0911 - one rule per return
         self, plain: str, text: str, sentence: Sentence, context: Context, lexicon: Lexicon, reader: PhraseReader,
         said: tuple[ObjectSpec, ...], fragment: bool = False,
     ) -> Interpretation:  # fmt: skip
@@ -182,7 +184,12 @@ class GrammarInterpreter:
         noted = remark(plain if not fragment else text, text)
         if noted is not None:
             return noted
-        wanted = self._wanted(text, sentence, context, lexicon, said)
+        settled, plainly, _ = settle(sentence, frames.without_asides(text))
+        clauses = self._cutter.cut(plainly)
+        where = moved(plainly, clauses, settled, context)
+        if where is not None:
+            return where
+        wanted = RequestReader(settled, context, lexicon, said).read(clauses)
         if wants_breakfast(self._plain_of(text, sentence), bool(wanted.add)):
             return Interpretation(intent="setting_breakfast", confidence=0.92, reason="asks for breakfast")
         result = elsewhere(wanted, text, lexicon) or decide(wanted, text, context, said)
@@ -190,12 +197,6 @@ class GrammarInterpreter:
             return answering(result, question.options, context) if context.pending_question else result
         meant = just_spoken_of(wanted, context, said)
         return meant or self._no_request(plain, text, wanted, pointed_at(text, sentence, context, said))
-
-    def _wanted(
-        self, text: str, sentence: Sentence, context: Context, lexicon: Lexicon, said: tuple[ObjectSpec, ...]
-    ) -> Wanted:
-        settled, text, _ = settle(sentence, frames.without_asides(text))
-        return RequestReader(settled, context, lexicon, said).read(self._cutter.cut(text))
 
     @staticmethod
     def _plain_of(text: str, sentence: Sentence) -> str:

@@ -123,7 +123,7 @@ _BACKCHANNEL = re.compile(
     r"indeed|ha|haha|wow|interesting|fine|yay|ooh|,|\.|\?) ?)+$"
 )
 YES = re.compile(
-    r"^(?!(?:robot|oh|and|then|dear|just|well|,|\.| )*$)(?:(?:yes|sure|okay|alright|all right|right|of course|"
+    r"^(?!(?:robot|oh|and|then|dear|just|well|mhm|,|\.| )*$)(?:(?:mhm|yes|sure|okay|alright|all right|right|of course|"
     r"please do|please|go ahead|do that|do it|exactly|"
     r"correct|absolutely|definitely|certainly|indeed|sounds? (?:good|great|fine|lovely)|"
     r"(?:that|it) (?:is|would be|will be|sounds) (?:just |really |very |absolutely |quite |most )?(?:right|fine|good|"
@@ -133,7 +133,7 @@ YES = re.compile(
     r"good idea|perfect|by all means|affirmative|very well|great|fine|"
     r"that one|that is (?:the one|it)|"
     r"thank you|thanks|of you|(?:lovely|great|nice|excellent|splendid) idea|i would|"
-    r"i would like that|i would love that|please yes|you may|oh|and|then|that|with me|"
+    r"i would (?:like|love) (?:that|it|one|some|to)|please yes|you may|oh|and|then|that|with me|"
     r"by me|it is|they are|if you (?:could|would|like|want|must)|lovely|good|robot|well|would you|,|\.|do|so|"
     r"be so kind|i think so|right then|dear|just) ?)+$"
 )

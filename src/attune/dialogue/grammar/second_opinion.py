@@ -12,6 +12,7 @@ from attune.dialogue.grammar.clauses import ClauseCutter, Sentence
 from attune.dialogue.grammar.command_judge import CommandJudge, load_command_judge
 from attune.dialogue.grammar.command_model import COMMANDS
 from attune.dialogue.grammar.corrections import settle
+from attune.dialogue.grammar.moves import NAMED
 from attune.dialogue.grammar.second_reading import SecondReading
 from attune.dialogue.grammar.stopping import is_of_people, without_denied_stops
 from attune.dialogue.interpreter import CommandIntent, Interpretation
@@ -167,7 +168,7 @@ class SecondOpinion:
     ) -> CommandIntent:
         """The command that is likeliest, given what the rules found."""
         likeliest: CommandIntent = max((name for name in COMMANDS if name != "other"), key=lambda name: judged[name])
-        if found == "change_location" and meaning.add:
+        if found == "change_location" and (meaning.add or meaning.confidence >= NAMED):
             return found  # what is already on its way is not asked for anew
         if found != "other":
             usual = found if likeliest != "stop" else ""
