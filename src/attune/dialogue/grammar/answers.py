@@ -54,8 +54,9 @@ _REFUSED = re.compile(
     r"^(?:(?:no|thanks|thank you|oh|well|,) )*(?:no|thanks)(?: ,)? (?:i|we) (?:already )?(?:have|have got) T(\d+)"
 )
 _BRING_IT = re.compile(
-    r"(?:(?:yes|please|okay|sure|go on|go ahead|why not|do|oui|then|and|,) ?)+(?:bring|fetch|get|take)"
-    r"(?: (?:it|that|them|me that|me it|please|over|,))*"
+    r"(?:(?:yes|please|okay|sure|go on|go ahead|why not|do|oui|then|and|of course|,) ?)+(?:go (?:and |ahead and )?)?"
+    r"(?:bring|fetch|get|take)(?: (?:it|that|them|me that|me it|please|over|,))*"
+    r"(?: (?:but |and )?(?:be|make it|do it|mind) (?:quick|careful|snappy|gentle|fast)| quickly| now)?"
 )
 
 
@@ -91,7 +92,12 @@ def read_answer(text: str, sentence: Sentence, question: Question, context: Cont
     if not options:
         return None
     both = re.fullmatch(r"T(\d+)(?: please| thanks| ,)*", text)
-    if both and sentence.things[int(both[1])].count == len(options) and sentence.things[int(both[1])].head == "one":
+    if (
+        both
+        and len(options) > 1
+        and sentence.things[int(both[1])].count == len(options)
+        and sentence.things[int(both[1])].head == "one"
+    ):
         return _chosen(options)
     ordinal = _ORDINAL.match(_LEADING_YES.sub("", text))
     if ordinal and len(options) > 1 and abs(_ORDINALS[ordinal["n"]]) < len(options):
@@ -125,12 +131,14 @@ def read_answer(text: str, sentence: Sentence, question: Question, context: Cont
     ]
     if chosen and len(chosen) == len(things):
         return _chosen(tuple(dict.fromkeys(chosen)), _destination(text, sentence))
-    if not things and sentence.spots:
+    if not things and sentence.spots and not re.search(r"\bnot P\d", text):
         place = sentence.spots[-1].place
         at_place = [option for option in options if _place_of(option, context) == place]
         return _chosen((replace(at_place[0], location=place),)) if len(at_place) == 1 else None
     if len(things) == 1 and things[0].head != "noun" and not _LEADING_NO.match(text) and not things[0].other:
         kinds = {option.type for option in options}
+        if len(options) == 1:
+            return _chosen((_corrected(options[0], things[0].spec),))
         if len(kinds) == 1:
             return _chosen((replace(things[0].spec, type=kinds.pop()),))
     return None
@@ -164,7 +172,8 @@ def _pick(
     fitting = [
         option
         for option in options
-        if is_described_by(replace(spec, location=""), option) and spec.location in {"", _place_of(option, context)}
+        if is_described_by(replace(spec, location=""), option)
+        and (not spec.location or _place_of(option, context) in {"", spec.location})
     ]
     if thing.compared and not fitting:
         sized = sorted(options, key=lambda option: ("small", "", "normal", "big").index(option.size))
@@ -172,6 +181,14 @@ def _pick(
     if len(fitting) > 1 and thing.other:
         return None
     return replace(fitting[0], location=fitting[0].location or spec.location) if len(fitting) == 1 else None
+
+
+def _corrected(offered: ObjectSpec, said: ObjectSpec) -> ObjectSpec:
+    """What was offered, but for what is said otherwise: "yes, but a blue one"."""
+    return replace(
+        offered, color=said.color or offered.color, size=said.size or offered.size,
+        location=said.location or offered.location,
+    )  # fmt: skip
 
 
 def _place_of(option: ObjectSpec, context: Context) -> str:
@@ -194,7 +211,8 @@ def _placed(question: Question, context: Context, place: str, reason: str) -> In
     recent = context.recent
     if not question.options or any(has.type == o.type and fits(o, has) for o in question.options for has in recent):
         return Interpretation(intent="change_location", destination=place, confidence=0.9, reason=reason)
-    return replace(_chosen(question.options, place), reason=reason)
+    options = tuple(replace(o, location="") if o.location in question.places else o for o in question.options)
+    return replace(_chosen(options, place), reason=reason)
 
 
 def _place_answer(text: str, sentence: Sentence, question: Question, context: Context) -> Interpretation | None:

@@ -204,6 +204,8 @@ class ClauseCutter:
             len(before) == 1 or before[-2] in {",", "please", "now", "and", "robot", "then", "no", "so"}
         ):
             return _Head(kind, match.start(), match.start(), match.end(), False)
+        if last == "do" and (len(before) == 1 or before[-2] in {",", "please", "and", "but", "so", "yes"}):
+            return _Head(kind, match.start(), match.start(), match.end(), False)  # "and do get the bread"
         if last == "me" and " ".join(before[-2:]) in {"with me", "for me", "to me"}:
             return _Head(kind, match.start(), match.start(), match.end(), False)
         subject = (

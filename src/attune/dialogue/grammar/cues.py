@@ -26,7 +26,8 @@ NO = re.compile(r"\bno$")
 PREFERRED_OVER = re.compile(r"\b(?:prefer|preferable|rather|better|sooner|more)\b.*\b(?:than|over|to)$")
 BACK = re.compile(r"^(?: P\d+)? (?:back|away|off the list|is wrong|is not what|was wrong|was a mistake|any ?more)\b")
 SWAP_PAIR = re.compile(
-    rf"^(?:(?:over )?from )?(?P<old>T\d+|{frames.PRONOUN}|P\d+)(?: (?:please|back|out|,))* "
+    rf"^(?:(?:over )?from )?(?P<old>T\d+|{frames.PRONOUN}|P\d+)"
+    r"(?: (?:please|back|out|in your (?:hands?|gripper|arms?)|(?:that )?you (?:have|hold|are holding|have got)|,))* "
     r"(?:for|with|against|by|to|into|and|in for|over to)(?: (?:please|just|,))* (?P<new>T\d+)"
 )
 SWAPPED_PAIR = re.compile(
@@ -63,6 +64,7 @@ NOT_ASKED_FOR = re.compile(
     r"never) (?:ask(?:ed)? for|order(?:ed)?|"
     r"want(?:ed)?|mean|meant|say|said) (?:that|this|it)(?: one)?\b"
 )
+FOR_SOMEBODY = re.compile(r"\bfor (\w+)(?= *(?:[.,?]|$)| (?:as well|too|please|now|also)\b)")
 PLEASE = re.compile(
     r"(?:^|[,.] (?:so |now |and |next |then |great |just |anyway )*)(?:please )(?:just )?T\d+(?: P\d+)?(?: (?:and|"
     r",) T\d+)*(?: this time| now)?[ .,]*$|"

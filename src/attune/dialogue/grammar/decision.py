@@ -19,6 +19,7 @@ _UNKNOWN_PLACE = re.compile(
     r"\b(?:put|place|set|leave|lay|stick|pop|stand|drop|store) T\d+ (?:in|on|under|behind|beside|next to) "
     r"(?:the|my|our) (?P<at>(?!T\d|P\d)[a-z]+(?: room)?)\b"
 )
+_ONLY = re.compile(r"\b(?:only|just|alone|is enough|will do)\b")
 _NO_PLACES = words(
     "morning evening afternoon night day weekend way double moment meantime end middle minute side left right top back "
     "front house kitchen place spot usual same corner lady man guest guests family girl boy old other one very next "
@@ -77,6 +78,17 @@ def instead_of_given_up(
         return meaning
     old = object_spoken_of(context, meaning.add[0], said)
     return replace(meaning, intent="replace_object", remove=(old,)) if old and old not in meaning.add else meaning
+
+
+def left_out(meaning: Interpretation, text: str, context: Context) -> Interpretation:
+    """Read "forget the juice, I only need the glass" while both are fetched: nothing replaces the juice."""
+    if meaning.intent != "replace_object" or not meaning.remove or not _ONLY.search(text):
+        return meaning
+    objects = context.task.objects if context.task else ()
+    if not all(same_request(spec, objects) for spec in (*meaning.add, *meaning.remove)):
+        return meaning
+    reason = "wants only some of several things"
+    return Interpretation(intent="cancel_object", remove=meaning.remove, confidence=meaning.confidence, reason=reason)
 
 
 def decide(wanted: Wanted, text: str, context: Context, said: tuple[ObjectSpec, ...]) -> Interpretation | None:  # noqa: PLR0911 - one rule per return

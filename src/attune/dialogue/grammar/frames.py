@@ -28,7 +28,7 @@ SOFTENER = (
     r"next time)"
 )
 _YOU = (
-    r"(?:(?:can|could|would|will|wo|might|may|ca) (?:not )?(?:you|u|ya|somebody|someone|anybody|anyone)|"
+    r"(?:(?:can|could|would|will|wo|might|may|ca) (?:not )?(?:you|u|ya|somebody|someone|anybody|anyone)(?: to)?|"
     r"(?:do|would) (?:not )?you (?:think (?:that )?you (?:could|can|might|would)|mind|like to|want to|happen to|"
     r"possibly)|"
     r"you (?:can|could|might|may|should|must|have to|need to|ought to|may as well|might want to|are to|better)|"
@@ -78,7 +78,8 @@ _ADVERB = (
     r"was hoping to|was thinking i|too)"
 )
 _WANT = (
-    r"(?:want|am wanting|wish i had|need|(?:would|should)(?: very much| really| dearly| quite| so)* (?:like|love)|"
+    r"(?:wants?|am wanting|am needing|wish i had|need|"
+    r"(?:would|should)(?: very much| really| dearly| quite| so)* (?:like|love)|"
     r"would like|would love|would prefer|prefer|require|fancy|crave|desire|wish for|wish|could use|"
     r"could do with|would appreciate|could really use|could really do with|am after|am looking for|am searching for|"
     r"feel like|am in need of|am dying for|will have|will take|would take|would have|must have|had like|"
@@ -202,11 +203,12 @@ _ASIDE = re.compile(
     r"when(?:ever)? you (?:can|are (?:ready|free|done|finished)|like)|as soon as (?:possible|you can)|"
     r"if you (?:can|could|would|"
     r"will|please|like|want|may|have time|get a chance|have a (?:moment|minute|second))(?= *(?:[.,?]|$))|"
-    r"if i may(?: ask)?|"
+    r"if i may(?: ask)?|i (?:nearly |almost |just )?forgot(?= *(?:[.,?]|$))|"
     r"if you (?:would|could) be so kind|would you(?: please| kindly)?(?= *(?:[.?]|$))|"
     r"could you(?: please)?(?= *(?:[.?]|$))|"
     r"excuse me|you know(?: what)?|let me think|let me see|i suppose|i guess|if i remember (?:right|correctly)|"
     r"by the way|(?:just )?one (?:more|last|other) thing|another thing|something else|"
+    r"(?:just |only )?(?:two|three|four|five|six) (?:more )?things(?= ,)|"
     r"to be honest|at your convenience|no rush|no hurry|there is no rush|that would be (?:\w+ )?(?:great|nice|"
     r"lovely|kind|"
     r"wonderful|perfect|good|fantastic|helpful)|that is (?:very )?(?:kind|nice|sweet) of you|many thanks|"

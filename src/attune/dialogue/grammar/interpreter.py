@@ -21,6 +21,7 @@ from attune.dialogue.grammar.decision import (
     instead_of_given_up,
     is_of_the_kind,
     just_spoken_of,
+    left_out,
     pointed_at,
 )
 from attune.dialogue.grammar.moves import moved
@@ -97,6 +98,7 @@ class GrammarInterpreter:
             meaning = self._by_rules(tokens, context)
         if meaning.intent not in CERTAIN:
             meaning = self._second_opinion(meaning, tokens, context)
+        meaning = left_out(meaning, " ".join(token.text for token in tokens), context)
         if meaning.intent == "replace_object":
             add, remove = in_their_roles(meaning.add, meaning.remove, context.recent)
             meaning = replace(meaning, add=add, remove=remove)

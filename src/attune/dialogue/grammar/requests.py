@@ -144,6 +144,7 @@ class RequestReader:
             self._wanted.moves = True
             return True
         text = cues.NOT_ASKED_FOR.sub(" ", text)
+        text = cues.FOR_SOMEBODY.sub(lambda found: " " if found[1] in self._lexicon.others else found[0], text)
         if cues.ABOUT_A_THING.match(text):
             return False
         cut = re.split(

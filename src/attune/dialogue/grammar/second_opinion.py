@@ -14,7 +14,7 @@ from attune.dialogue.grammar.command_model import COMMANDS
 from attune.dialogue.grammar.corrections import settle
 from attune.dialogue.grammar.moves import NAMED
 from attune.dialogue.grammar.second_reading import SecondReading
-from attune.dialogue.grammar.stopping import is_of_people, without_denied_stops
+from attune.dialogue.grammar.stopping import is_no_stop, without_denied_stops
 from attune.dialogue.interpreter import CommandIntent, Interpretation
 from attune.dialogue.lexicon import Lexicon
 
@@ -51,8 +51,9 @@ _LIMITS = {
 _STOPS = {True: Limits(6.0, 6.0), False: Limits(4.0, 4.0)}
 """Those of a stop, of a robot that is at work or not: missing one is worse than stopping for nothing."""
 _ANSWERS = Limits(2.0, 3.0)
-_CALLED, _FRAMED, _POINTS = 1.5, 0.8, 0.5
-"""So much later is doubted who calls the robot, who asks "could you ...", who points at what the robot is about."""
+_CALLED, _FRAMED, _POINTS, _NAMED = 1.5, 0.8, 0.5, 1.5
+"""So much later is doubted who calls the robot, who asks "could you ...", who points at what the robot is about, who
+names it and says where it shall go."""
 _EXPRESSLY = 0.95
 """The rules' confidence in a request to "you"."""
 _ANOTHER_COMMAND = {"bring_me": 2.0, "replace_object": 7.0}
@@ -123,7 +124,7 @@ class SecondOpinion:
             if doubted is not None or answering:
                 return doubted or meaning
         command = self._command(meaning, found, judged, context)
-        if is_of_people(sentence.skeleton):
+        if is_no_stop(sentence.skeleton):
             return meaning
         if command == found or (meaning.intent == "cancel_object" and command not in _MORE_THAN_CANCELLING):
             return meaning
@@ -151,6 +152,7 @@ class SecondOpinion:
         later = (
             _CALLED * (sentence.called == "robot")
             + _FRAMED * (meaning.confidence >= _EXPRESSLY)
+            + _NAMED * (found == "change_location" and meaning.confidence >= NAMED)
             + _POINTS * (context.busy and any(thing.head != "noun" for thing in sentence.things))
         )
         against = math.log(judged["other"] + _TINY) - math.log(1 - judged["other"] + _TINY)

@@ -77,9 +77,16 @@ _OF_PEOPLE = re.compile(
 )
 
 
-def is_of_people(skeleton: str) -> bool:
-    """Whether it is about what people and animals do, and no robot: "stop crying"."""
-    return bool(_OF_PEOPLE.search(skeleton))
+_CAREFULLY = re.compile(
+    r"\bmind (?:the|your|my|that|those) (?!P\d)(?:step|steps|stairs|gap|door|rug|edge|head|toes|feet|cat|dog|wall)\b|"
+    r"\bhold (?:it|that|them|T\d+) (?:with|by|in|from|upright|level|straight|tight|tightly|carefully|gently|firmly|"
+    r"properly|like)\b"
+)
+
+
+def is_no_stop(skeleton: str) -> bool:
+    """Whether it only sounds like a stop: what people and animals shall not do, or care: "stop crying"."""
+    return bool(_OF_PEOPLE.search(skeleton) or _CAREFULLY.search(skeleton))
 
 
 _WAIT = re.compile(
