@@ -253,6 +253,24 @@ def test_where_it_is_doubtful_whether_the_robot_was_asked_it_asks_before_it_move
     assert hold([DOUBTFUL, "a spoon, please"]).wanted() == ["spoon"]
 
 
+def test_what_is_on_its_way_goes_elsewhere_when_it_is_named_with_a_place_and_is_fetched_once() -> None:
+    talk = hold(["bring me the blue cup and the milk", 4.0, "the cup can go on the counter", "..."])
+    assert [command.kind for command in talk.commands] == ["bring_me", "change_location"]
+    moved = talk.commands[1]
+    assert isinstance(moved, m.ChangeLocation)
+    assert [str(spec) for spec in moved.objects] == ["blue cup"]
+    assert moved.destination == "countertop"
+
+
+def test_who_agrees_to_a_doubtful_order_may_name_another_place() -> None:
+    doubtful = "put the milk on the counter when you have a moment, love"
+    agreed = hold([doubtful, "yes, but put it on the table"])
+    assert "counter" in agreed.said[0]
+    assert [(command.kind, command.destination) for command in agreed.commands if isinstance(command, m.BringMe)] == [
+        ("bring_me", "table")
+    ]
+
+
 def test_forget_me_forgets_the_wishes_of_this_talk_too(tmp_path: Path) -> None:
     profiles = ProfileStore(tmp_path / "profiles.sqlite3")
     talk = hold(["remember me", "I am seventy five", "slower please", "forget me", "hello"], profiles=profiles)
