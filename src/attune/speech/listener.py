@@ -96,6 +96,7 @@ class Listener:
         self._is_stop = is_stop
         self._review = StopReview(is_stop)
         self._partial = ""
+        self._spotted_by_text = False
         self.speaker_age = AgeTracker(config.older_from)
         """The mean of the last interactions."""
         self._band = band or (lambda: self.speaker_age.current.band)
@@ -132,7 +133,11 @@ class Listener:
                 def hear(frame: Frame = frame, hint: bool | None = hint, band: Band = band) -> tuple[_Change, str]:
                     changes = ears.endpointer.accept(frame, hint, band)
                     voiced = ears.endpointer.heard_voice
-                    return changes, ears.spotter.accept(frame.samples, frame.end, voiced=voiced)
+                    word = ears.spotter.accept(frame.samples, frame.end, voiced=voiced)
+                    if word or self._spotted_by_text:
+                        self._spotted_by_text = False
+                        changes += ears.endpointer.stop_spotted()
+                    return changes, word
 
                 changes, stop_word = await self._clock.run_in_thread(hear)
                 if stop_word:
@@ -183,34 +188,34 @@ class Listener:
                     self._partial = await self._clock.run_in_thread(lambda frames=frames: accept(frames))  # type: ignore[misc]
                     time = frames[-1].end
                 if stop_word := ears.spotter.accept_partial(self._partial, time):
+                    self._spotted_by_text = True
                     self._tell_stop(stop_word, time)
 
     async def _finish(self, ears: _Ears, over: _Over, frames: Sequence[Frame]) -> None:
         ended = over.ended
+        if ended.is_noise:
+            self._forget_partial(ears)
+            self._decide_spotted(ended)
+            return
         samples = np.concatenate([frame.samples for frame in frames])
 
         def finish() -> tuple[Recognition, AgeEstimate]:
             recognition = ears.recogniser.finish()
             return recognition, self._age.estimate(samples, recognition) if self._age else AgeEstimate()
 
-        recognition, estimate = await self._clock.run_in_thread(finish)
-        self._partial = ""
-        ears.spotter.end_utterance()
-        was_open, was_spotted = self._review.open, self._review.decided(ended.start)
-        if not ended.is_noise:
-            text = recognition.text
-            evidence = Evidence(
-                spotted=was_spotted,
-                order=over.order,
-                seconds=ended.end - ended.start,
-                lead=lambda: ears.judge.lead(samples, text),
-            )
-            heard = recognition
-            recognition = await self._clock.run_in_thread(lambda: overruled(heard, evidence, self._is_stop))
-        if ended.is_noise or not recognition.text or recognition.confidence < _HOPELESS:
-            if was_open:
-                self._take_back()
+        heard, estimate = await self._clock.run_in_thread(finish)
+        self._forget_partial(ears)
+        evidence = Evidence(
+            spotted=self._review.spotted_in(ended.start, ended.end),
+            order=over.order,
+            seconds=ended.end - ended.start,
+            lead=lambda: ears.judge.lead(samples, heard.text),
+        )
+        recognition = await self._clock.run_in_thread(lambda: overruled(heard, evidence, self._is_stop))
+        if not recognition.text or recognition.confidence < _HOPELESS:
+            self._decide_spotted(ended)
             return
+        self._review.decided(ended.end)
         now = self._clock.now()
         utterance = Utterance(
             time=now,
@@ -233,6 +238,15 @@ class Listener:
         self._review.spotted(heard_at)
         self._bus.publish(SPEECH_STOP, StopSignal(time=now, state="spotted", source="spotter", word=word))
         self._bus.publish(EVENT, Event(time=now, kind="stop_spotted", text=f'Heard "{word}"'))
+
+    def _forget_partial(self, ears: _Ears) -> None:
+        self._partial = ""
+        ears.spotter.end_utterance()
+
+    def _decide_spotted(self, ended: SpeechEnded) -> None:
+        """There is no text that could confirm a spotted stop."""
+        if self._review.decided(ended.end):
+            self._take_back()
 
     def _take_back(self) -> None:
         self._bus.publish(SPEECH_STOP, StopSignal(time=self._clock.now(), state="withdrawn", source="spotter"))

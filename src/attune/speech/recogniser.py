@@ -50,8 +50,8 @@ class Recognition:
 class Recogniser(Protocol):
     """Recognises one utterance at a time: start, accept (many times), finish; after more sound, finish again.
 
-    The calls may block (some milliseconds for each frame, more for `finish`), so they are made in worker threads; one
-    thread at a time.
+    An utterance that is not finished is dropped by the next start. The calls may block (some milliseconds for each
+    frame, more for `finish`), so they are made in worker threads; one thread at a time.
     """
 
     @property

@@ -86,7 +86,7 @@ class SphinxRecogniser:
         self._mean = self._begun_with = np.array(_USUAL_MEAN)
         self._knows_channel = False
         self._known_frames = 0
-        self._is_over = False
+        self._is_over = True
         self._before = (self._mean, self._known_frames)
         self._words = (folder / "domain.dict").read_text("utf-8").count("\n")
         if unknown := [word for word in self._fit.words if not self._domain.lookup_word(word)]:
@@ -98,7 +98,10 @@ class SphinxRecogniser:
         return f"PocketSphinx, {self._words} pronunciations"
 
     def start(self) -> None:
-        """Begin an utterance."""
+        """Begin an utterance; one that was not finished is dropped."""
+        if not self._is_over:
+            for decoder in self._decoders:
+                decoder.end_utt()
         self._heard.clear()
         self._is_over = False
         self._before = (self._mean, self._known_frames)
