@@ -70,8 +70,8 @@ async def show_levels(source: "AudioSource", clock: "Clock", seconds: float, *, 
     import numpy as np
 
     from attune.speech.audio import FRAME_SAMPLES, SAMPLE_RATE
-    from attune.speech.voice_activity import VoiceActivity
     from attune.speech.levels import advice, measure
+    from attune.speech.voice_activity import VoiceActivity
 
     voice = VoiceActivity()
     frames = []
