@@ -42,7 +42,7 @@ def refused(
                 or (
                     clause.kind == "drop"
                     and clause.body.startswith(f"T{number}")
-                    and not (clause.verb == "return" and not context.busy and goes_to(clause, spots))
+                    and not (goes_to(clause, spots) and _is_put_there(clause, things[number], context))
                 )
             )
             if last_negative:
@@ -50,6 +50,14 @@ def refused(
                 # "the wrong cup" is whatever the robot brings or has brought.
                 wrong[number] = re.search(r"\b(?:wrong|(?:this|that|it) is not)$", before) is not None
     return negative, wrong
+
+
+def _is_put_there(clause: Clause, thing: Thing, context: Context) -> bool:
+    """Whether "drop a mug off at the table" asks for a mug: the robot cannot leave out what it is not about."""
+    about = {has.type for has in context.recent}
+    if clause.verb == "return":
+        return not context.busy
+    return clause.verb in {"drop", "leave"} and not thing.definite and (thing.article or thing.spec.type not in about)
 
 
 def goes_to(clause: Clause, spots: Sequence[Spot]) -> bool:
