@@ -7,6 +7,7 @@ from dataclasses import replace
 from attune.core.messages import ObjectSpec
 from attune.dialogue.context import Context
 from attune.dialogue.grammar import cues, frames
+from attune.dialogue.grammar.bare import is_contrast, names_only
 from attune.dialogue.grammar.clauses import Clause, ClauseKind, Sentence
 from attune.dialogue.grammar.corrections import MARKER
 from attune.dialogue.grammar.items import Spot, Thing, described
@@ -61,7 +62,9 @@ class RequestReader:
             self._objects(clause, "put")
             return
         if kind in {"plain", "swap"}:
-            if kind == "plain" and (self._is_bare(clause.text, asks) or self._is_contrast(clause.text)):
+            named = names_only(clause.text, self._lexicon) if kind == "plain" else ""
+            wanted.moves = wanted.moves or named == "place"
+            if named or (kind == "plain" and is_contrast(clause.text, self._things, self._context)):
                 self._objects(clause, "plain")
             else:
                 self._statement(clause)
@@ -131,48 +134,6 @@ class RequestReader:
         self._remove(old)
         self._nouns.append(self._things[old].spec)
         return self._add(new, Clause("swap", "swap", True, "", text, 0))
-
-    def _is_bare(self, text: str, asks: bool) -> bool:  # noqa: PLR0911 - one rule per return
-        """Whether a clause has only things, places and words that say nothing more."""
-        if not re.search(r"\b[TP]\d+\b", text):
-            return False
-        if not clause_has_things(text) and cues.TRAVEL.search(text):
-            return False
-        if frames.PRAISE.search(text) or frames.NEEDED.search(text):
-            return True
-        if cues.ONLY_CHANGE.search(text) and not frames.QUESTION.match(text):
-            self._wanted.moves = True
-            return True
-        text = cues.NOT_ASKED_FOR.sub(" ", text)
-        text = cues.FOR_SOMEBODY.sub(lambda found: " " if found[1] in self._lexicon.others else found[0], text)
-        if cues.ABOUT_A_THING.match(text):
-            return False
-        cut = re.split(
-            r"\b(?:for (?:my|the|our|a) (?!T\d)\w+|so (?:that )?i can .*|to (?:go|eat|drink|"
-            r"have) .*|(?:because|since) .*)|(?<=\bplease) (?:i|it|we|my|there|that) .*",
-            text,
-        )
-        words = re.sub(r"\b[TP]\d+\b", " ", " ".join(cut)).split()
-        residual = [word for word in words if word not in cues.FILLER]
-        if frames.QUESTION.match(text) and not re.match(r"(?:what|how) about", text):
-            return False
-        if re.match(
-            r"(?:it|that|this|there|here|these|those|they) (?:is|was|are|were|"
-            r"will)\b",
-            text,
-        ) and not re.search(r"\b(?:wrong|not)\b", text):
-            return False
-        return not residual or cues.PLEASE.search(text) is not None
-
-    def _is_contrast(self, text: str) -> bool:
-        """Whether one thing is named instead of another, or a different one asked for, in whatever words."""
-        if frames.PAST.search(text) or cues.SOMEBODY.match(text):
-            return False
-        asked_for = cues.ASKS_FOR_ANOTHER.search(text)
-        if asked_for and self._context.busy:
-            thing = self._things[int(asked_for[1])]
-            return thing.compared or thing.different or thing.other
-        return cues.CONTRAST.search(text) is not None and not frames.QUESTION.match(text)
 
     def _statement(self, clause: Clause) -> None:
         """Something said about things: it only tells what pointing words may mean, and where to look."""
@@ -332,6 +293,9 @@ class RequestReader:
         if spec is None:
             self._wanted.unresolved = True
             return False
+        about = {has.type for has in self._context.recent}
+        if thing.definite and spec.type in about and re.search(rf"\bafter T{number}\b", clause.text):
+            return False  # "put the bowl on the table after the cup", which is on its way
         if thing.head == "noun" and thing.other:
             spec = resolve(replace(thing, head="one"), self._narrowed(spec), (), self._said) or spec
         if thing.count == 1 and not thing.another and self._says_again(number, spec, clause):
@@ -444,8 +408,3 @@ class RequestReader:
             wanted.moves = False
         if not wanted.add:
             wanted.definite.clear()
-
-
-def clause_has_things(text: str) -> bool:
-    """Whether a skeleton names any object."""
-    return re.search(r"\bT\d+\b", text) is not None
