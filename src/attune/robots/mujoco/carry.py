@@ -1,6 +1,7 @@
 """Postures for driving: arms folded, or holding something upright, high enough for the tables and close to the body."""
 
-from collections.abc import Mapping
+from collections.abc import Iterator, Mapping
+from itertools import islice
 from types import MappingProxyType
 
 import numpy as np
@@ -115,21 +116,25 @@ def carrying_path(world: Imagination, arm: Arm, start: Array, reach: float, rng:
         reach: Radius of the carried object around its middle [m].
         rng: For the search.
     """
-    tries = 0
-    postures = _postures(world, arm, start, reach)[:_TRIES]
-    # How it lies in the hand is known only once it is grasped: where there is room, more is left around it.
-    roomy = [_is_free(world, arm, posture, _ROOM) for posture in postures]
-    for index in np.argsort(np.logical_not(roomy), kind="stable"):
-        posture = postures[index]
-        if not roomy[index] and not _is_free(world, arm, posture):
-            continue
+    for posture in islice(_free_postures(world, arm, _postures(world, arm, start, reach)[:_TRIES]), _PATHS):
         path = upright_path(world, arm, start, posture, rng)
-        tries += 1
         if path is not None:
             return path
-        if tries == _PATHS:
-            break
     return None
+
+
+def _free_postures(world: Imagination, arm: Arm, postures: Array) -> Iterator[Array]:
+    """Those of some postures, shape (n, 7), that are free; first those with more room, in their order.
+
+    How it lies in the hand is known only once it is grasped: where there is room, more is left around it.
+    """
+    narrow = []
+    for posture in postures:
+        if _is_free(world, arm, posture, _ROOM):
+            yield posture
+        else:
+            narrow.append(posture)
+    yield from (posture for posture in narrow if _is_free(world, arm, posture))
 
 
 def _is_free(world: Imagination, arm: Arm, posture: Array, room: float = 0.0) -> bool:

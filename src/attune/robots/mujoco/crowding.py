@@ -1,5 +1,7 @@
 """How much room a whole motion of an arm leaves around it, and what it carries around the robot."""
 
+import math
+
 from attune.robots.mujoco import pr2
 from attune.robots.mujoco.carry import COMPACT, is_carrying
 from attune.robots.mujoco.imagination import Imagination
@@ -26,7 +28,9 @@ def is_compact(carrying: Imagination, motion: Pick) -> bool:
     return is_carrying(carrying, arm, COMPACT)
 
 
-def crowding(world: Imagination, carrying: Imagination, name: str, motion: Pick | Place) -> int:
+def crowding(
+    world: Imagination, carrying: Imagination, name: str, motion: Pick | Place, enough: float = math.inf
+) -> int:
     """How near to things a motion comes, also between the points that the search has looked at; 0 if it keeps away.
 
     The neighbourhood of the grasp does not count; what is carried far from the body does, for driving.
@@ -36,6 +40,7 @@ def crowding(world: Imagination, carrying: Imagination, name: str, motion: Pick 
         carrying: The same with the object in the gripper.
         name: The object.
         motion: What was found.
+        enough: From here on it need not be known more exactly.
     """
     arm = motion.plan.arm
     if isinstance(motion, Pick):
@@ -49,10 +54,10 @@ def crowding(world: Imagination, carrying: Imagination, name: str, motion: Pick 
     count = 0
     for imagined, paths in ((world, empty), (carrying, full)):
         for path in paths:
-            if len(path) > 1:
-                points = finer(path, _BETWEEN)
-                count += imagined.crowded(arm, points, _ROOM) + TOUCHING * imagined.crowded(arm, points)
+            if len(path) > 1 and count < enough:
+                near, touching = imagined.crowded(arm, finer(path, _BETWEEN), _ROOM)
+                count += near + TOUCHING * touching
     world.keep_clear(name)
-    if isinstance(motion, Pick) and not is_compact(carrying, motion):
+    if count < enough and isinstance(motion, Pick) and not is_compact(carrying, motion):
         count += _WIDE
     return count

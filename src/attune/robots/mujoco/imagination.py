@@ -5,21 +5,19 @@ not know of is not there. Furniture and believed objects never touch each other 
 what it carries, are looked for.
 """
 
-import copy
-from collections.abc import Iterator, Mapping, Sequence
+from collections.abc import Iterator, Mapping
 from contextlib import contextmanager
-from typing import Any, cast
+from typing import Any
 
 import mujoco
 import numpy as np
 from numpy.typing import NDArray
 
-from attune.robots.interface import ARMS, Arm, BasePose, Pose
+from attune.robots.interface import ARMS, Arm, Pose
 from attune.robots.mujoco import contact, pr2
-from attune.robots.mujoco.frames import Frame, frame_of, quaternion, torso_frame
-from attune.robots.mujoco.kinematics import ArmKinematics
+from attune.robots.mujoco.frames import Frame
+from attune.robots.mujoco.imagined_state import AWAY, ImaginedState
 from attune.robots.mujoco.kitchen import handle_name
-from attune.robots.mujoco.pr2_arm import arm_geometry
 from attune.robots.mujoco.solids import Solid, solids
 
 Array = NDArray[np.float64]
@@ -34,52 +32,20 @@ _OBJECT_MARGIN = 0.004
 """Kept in addition from objects, whose places are known only so well [m]."""
 _GIVE = 0.012
 """How much farther the gap may close between the first pad's touch and the second's [m]."""
-_AWAY = 50.0
-"""Where objects are that the robot does not know of [m]."""
 _ARM_BITS: Mapping[Arm, int] = {"right": contact.RIGHT_ARM, "left": contact.LEFT_ARM}
 _CARRIED_BITS: Mapping[Arm, int] = {"right": 32, "left": 64}
 """With which what an arm carries meets the arm itself, the hand excepted."""
 
 
-class Imagination:
-    """One imagined state of robot and kitchen. Not for several threads at once.
-
-    Args:
-        model: The simulation's model; it is copied.
-        qpos: The state of robot and furniture to start from.
-        objects: Poses of all objects believed to be there, by name, without the carried ones.
-        carried: The object in each gripper, with its pose in the tool frame.
-
-    Attributes:
-        checks: Collision checks made so far: the measure of a search's work.
-        carried: The object in each gripper, with its pose in the tool frame.
-        robot_root: Id of the robot's first body.
-    """
+class Imagination(ImaginedState):
+    """An imagined state, and what is too near to what in it."""
 
     def __init__(
         self, model: Any, qpos: Array, objects: Mapping[str, Pose], carried: Mapping[Arm, tuple[str, Frame]]
     ) -> None:
-        self.model = copy.copy(model)
-        self.data = mujoco.MjData(self.model)
-        self.data.qpos[:] = qpos
-        self._arm_address = {arm: self.addresses(pr2.ARM_JOINTS[arm]) for arm in ARMS}
-        self._base_address = self.addresses(pr2.BASE_JOINTS)
-        self.carried = dict(carried)
-        self.robot_root = self.model.body_rootid[self.model.body(pr2.PALM["right"]).id]
-        self.kinematics = {arm: ArmKinematics(arm_geometry(arm)) for arm in ARMS}
-        self.checks = 0
+        super().__init__(model, qpos, objects, carried)
         self._rubbed = (-1, 0.0)
         self._set_contacts()
-        for index, name in enumerate(object_names(model)):
-            if name in objects:
-                self.put(name, frame_of(objects[name]))
-            else:
-                self.put(name, Frame(np.array([_AWAY + index, 0.0, 0.0]), np.eye(3)))
-        self._move_carried()
-
-    def addresses(self, joints: Sequence[str]) -> NDArray[np.intp]:
-        """Where the positions of joints are in `data.qpos`."""
-        return np.array([self.model.joint(joint).qposadr[0] for joint in joints], dtype=np.intp)
 
     def _set_contacts(self) -> None:
         m = self.model
@@ -104,9 +70,23 @@ class Imagination:
                     m.geom_margin[geom] = MARGIN / 2
         self._tell_bodies_margins()
         m.opt.disableflags |= mujoco.mjtDisableBit.mjDSBL_WARMSTART
+        self._tell_bodies_contacts()
+
+    def _tell_bodies_contacts(self) -> None:
+        """After geoms' bits were changed: MuJoCo first compares those of bodies. What is unknown meets nothing."""
+        m = self.model
+        unknown = self.unknown - {m.body(name).id for name, _ in self.carried.values()}
         for of_body, of_geom in ((m.body_contype, m.geom_contype), (m.body_conaffinity, m.geom_conaffinity)):
             of_body[:] = 0
             np.bitwise_or.at(of_body, m.geom_bodyid, of_geom)
+            of_body[list(unknown)] = 0
+
+    def put(self, name: str, frame: Frame) -> None:
+        """Put an object somewhere; from now on the robot knows of it."""
+        unknown = self.model.body(name).id in self.unknown
+        super().put(name, frame)
+        if unknown:
+            self._tell_bodies_contacts()
 
     def _tell_bodies_margins(self) -> None:
         """After geoms' margins were changed: MuJoCo compares only bodies whose boxes, grown by theirs, overlap."""
@@ -121,47 +101,6 @@ class Imagination:
         own = m.body_rootid[m.geom_bodyid] == self.robot_root
         return np.asarray((m.geom_contype == _ARM_BITS[arm]) & before_hand & own)
 
-    @property
-    def base(self) -> BasePose:
-        """Where the base stands."""
-        x, y, yaw = (float(v) for v in self.data.qpos[self._base_address])
-        return BasePose(x, y, yaw)
-
-    @base.setter
-    def base(self, pose: BasePose) -> None:
-        self.data.qpos[self._base_address] = (pose.x, pose.y, pose.yaw)
-        self._move_carried()
-
-    def torso_frame(self) -> Frame:
-        """Where the torso's link is: the frame of the arms' kinematics."""
-        base = self.base
-        lift = float(self.data.qpos[self.addresses((pr2.TORSO,))[0]])
-        return torso_frame(base, lift)
-
-    def arm(self, arm: Arm) -> Array:
-        """Configuration of an arm, shape (7,)."""
-        return cast("Array", self.data.qpos[self._arm_address[arm]].copy())
-
-    def set_arm(self, arm: Arm, q: Array) -> None:
-        """Bend an arm; what it carries comes along."""
-        self.data.qpos[self._arm_address[arm]] = q
-        if arm in self.carried:
-            self._move_carried()
-
-    def set_gripper(self, arm: Arm, gap: float) -> None:
-        """Set the gap between an arm's pads [m]."""
-        self.data.qpos[self.addresses(pr2.FINGER_JOINTS[arm])] = gap / 2
-
-    def set_joint(self, joint: str, position: float) -> None:
-        """Move one joint, of a door for instance."""
-        self.data.qpos[self.model.joint(joint).qposadr[0]] = position
-
-    def site(self, name: str) -> Frame:
-        """Where a site is now, in the map frame."""
-        mujoco.mj_kinematics(self.model, self.data)
-        site = self.data.site(name)
-        return Frame(site.xpos.copy(), site.xmat.reshape(3, 3).copy())
-
     def ignore_handle(self, container: str, *, ignored: bool = True) -> None:
         """Let the hand touch a container's handle, or no longer."""
         self.model.geom_contype[self.model.geom(handle_name(container)).id] = 0 if ignored else contact.FURNITURE
@@ -175,20 +114,17 @@ class Imagination:
         m.geom_margin[links] = margin
         self._tell_bodies_margins()
 
-    def crowded(self, arm: Arm, path: Array, room: float = 0.0) -> int:
-        """At how many points of a path something is too near to an arm or to what it carries.
+    def crowded(self, arm: Arm, path: Array, room: float) -> tuple[int, int]:
+        """At how many points of a path something is near to an arm or to what it carries, and at how many too near.
 
         Args:
             arm: The arm.
             path: Configurations, shape (n, 7).
-            room: How much farther it should be away than usual [m].
+            room: How much farther away than it must be what counts as near is [m].
         """
         with self.roomier(arm, room):
-            count = 0
-            for q in path:
-                self.set_arm(arm, q)
-                count += not self.free()
-        return count
+            near = [q for q in path if not self._free_at(arm, q)]
+        return len(near), sum(not self._free_at(arm, q) for q in near)
 
     @contextmanager
     def roomier(self, arm: Arm, room: float) -> Iterator[None]:
@@ -223,15 +159,9 @@ class Imagination:
             return
         # Without a type of its own it still meets what it is set to meet: furniture, objects and the other arm.
         geoms = (m.geom_bodyid == body) & (m.geom_contype > 0)
-        m.geom_contype[geoms] = m.body_contype[body] = 0
+        m.geom_contype[geoms] = 0
         m.geom_conaffinity[geoms] &= ~contact.TRUNK
-        m.body_conaffinity[body] &= ~contact.TRUNK
-
-    def put(self, name: str, frame: Frame) -> None:
-        """Put an object somewhere."""
-        address = self.model.jnt_qposadr[self.model.body(name).jntadr[0]]
-        self.data.qpos[address : address + 3] = frame.position
-        self.data.qpos[address + 3 : address + 7] = quaternion(frame.rotation)
+        self._tell_bodies_contacts()
 
     def aim_at(self, name: str, rub: float = 0.0) -> None:
         """Let the robot come as near to an object as its fingers must, until `keep_clear`.
@@ -251,29 +181,6 @@ class Imagination:
         self.model.geom_margin[self.model.geom_bodyid == self.model.body(name).id] = _OBJECT_MARGIN
         self._tell_bodies_margins()
         self._rubbed = (-1, 0.0)
-
-    def tool(self, arm: Arm, q: Array | None = None) -> Frame:
-        """The tool frame of an arm in the map frame, for a configuration or as it is bent now."""
-        position, orientation = self.kinematics[arm].forward((self.arm(arm) if q is None else q)[None])
-        return self.torso_frame() @ Frame(position[0], orientation[0])
-
-    def set_in_hand(self, arm: Arm, in_hand: Frame) -> None:
-        """Change how a carried object lies in the hand."""
-        self.carried[arm] = (self.carried[arm][0], in_hand)
-        self._move_carried()
-
-    def carried_frame(self, arm: Arm) -> Frame:
-        """Where the object in an arm's gripper is now, in the map frame."""
-        return self.tool(arm) @ self.carried[arm][1]
-
-    def _move_carried(self) -> None:
-        if not self.carried:
-            return
-        mujoco.mj_kinematics(self.model, self.data)
-        for arm, (name, in_hand) in self.carried.items():
-            site = self.model.site(pr2.TOOL_FRAME[arm]).id
-            hand = Frame(self.data.site_xpos[site], self.data.site_xmat[site].reshape(3, 3))
-            self.put(name, hand @ in_hand)
 
     def contacts(self) -> list[tuple[str, str, float]]:
         """Pairs of bodies that are nearer to each other than their margin now, with their distance [m]."""
@@ -318,11 +225,11 @@ class Imagination:
 
     def all_free(self, arm: Arm, path: Array) -> bool:
         """Whether an arm can take all configurations of `path`, shape (n, 7). It keeps the last one tried."""
-        for q in path:
-            self.set_arm(arm, q)
-            if not self.free():
-                return False
-        return True
+        return all(self._free_at(arm, q) for q in path)
+
+    def _free_at(self, arm: Arm, q: Array) -> bool:
+        self.set_arm(arm, q)
+        return self.free()
 
     def pads_meet(self, arm: Arm, name: str) -> float | None:
         """The gap at which both pads would press an object if the fingers closed now [m]; None if they would not.
@@ -349,9 +256,7 @@ class Imagination:
         return None
 
     def _collide(self) -> None:
-        self.checks += 1
         mujoco.mj_kinematics(self.model, self.data)
-        mujoco.mj_comPos(self.model, self.data)
         mujoco.mj_collision(self.model, self.data)
 
     def obstacle_boxes(self, without: str) -> tuple[Array, Array, Array]:
@@ -380,11 +285,5 @@ class Imagination:
         """Furniture and believed objects in the map frame."""
         mujoco.mj_kinematics(self.model, self.data)
         m = self.model
-        here = self.data.geom_xpos[:, 0] < _AWAY - 1
+        here = self.data.geom_xpos[:, 0] < AWAY - 1
         return solids(m, self.data, np.flatnonzero(here & np.isin(m.geom_contype, (contact.FURNITURE, contact.OBJECT))))
-
-
-def object_names(model: Any) -> tuple[str, ...]:
-    """Names of the movable objects: the bodies that move freely."""
-    free = model.jnt_bodyid[model.jnt_type == mujoco.mjtJoint.mjJNT_FREE]
-    return tuple(model.body(body).name for body in free)

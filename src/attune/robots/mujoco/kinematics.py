@@ -88,60 +88,71 @@ class ArmKinematics:
         return g.shoulder + g.offset * turned[:, :, 0] + g.upper * lifted[:, :, 0]
 
     def inverse(
-        self, position: Array, orientation: Array, pan: Array, branch: Array
+        self, position: Array, orientation: Array, pan: Array, branch: Array, pose: NDArray[np.intp] | None = None
     ) -> tuple[Array, NDArray[np.bool_]]:
         """The configurations that reach poses with given shoulder pans.
 
         Args:
             position: Of the tool frame, shape (n, 3).
             orientation: Rotation matrices of the tool frame, shape (n, 3, 3).
-            pan: Shoulder pan angles, shape (n,).
-            branch: Which of the two ways to bend, +1 or -1, shape (n,).
+            pan: Shoulder pan angles, shape (m,).
+            branch: Which of the two ways to bend, +1 or -1, shape (m,).
+            pose: Which of the poses each pan is for, shape (m,); without it one for each, in their order.
 
         Returns:
-            Configurations, shape (n, 7), and which of them exist and keep the joint limits, shape (n,). Continuous
-            joints are within +-pi.
+            Configurations, shape (m, 7), and which of them exist and keep the joint limits, shape (m,); the others are
+            zero. Continuous joints are within +-pi.
         """
-        # This is called most often of all, mostly with few poses: products of matrices are written out where only some
-        # of their entries are needed.
+        # This is called most often of all. Most pans cannot reach their pose, mostly because of the first joints: the
+        # others are computed only for what is left. Products of matrices are written out where only some of their
+        # entries are needed.
         g = self.geometry
-        wrist = position - g.shoulder - g.tool * orientation[:, :, 0]
+        pose = np.arange(len(pan)) if pose is None else pose
+        wrist = (position - g.shoulder - g.tool * orientation[:, :, 0])[pose].T
         cosine, sine = np.cos(pan), np.sin(pan)
-        ahead = cosine * wrist[:, 0] + sine * wrist[:, 1] - g.offset
-        aside = cosine * wrist[:, 1] - sine * wrist[:, 0]
-        up = wrist[:, 2]
-        bend = (ahead**2 + aside**2 + up**2 - g.upper**2 - g.fore**2) / (2 * g.upper * g.fore)
-        exists = np.abs(bend) <= 1.0
-        bend = np.minimum(1.0, np.maximum(-1.0, bend))  # The cosine of the elbow.
-        bent = -np.sqrt(1.0 - bend**2)  # Its sine.
+        ahead = cosine * wrist[0] + sine * wrist[1] - g.offset
+        aside = cosine * wrist[1] - sine * wrist[0]
+        bend = (ahead**2 + aside**2 + wrist[2] ** 2 - g.upper**2 - g.fore**2) / (2 * g.upper * g.fore)
+        # Where the elbow's cosine and the sine of the upper arm's roll exist.
+        exists = (np.abs(bend) <= 1.0) & (aside**2 <= g.fore**2 * (1.0 - bend**2))
+        left = np.flatnonzero(exists)
+        ahead, aside, up, bend, branch = ahead[left], aside[left], wrist[2, left], bend[left], branch[left]
+        bent = -np.sqrt(1.0 - bend**2)  # The elbow's sine.
         along, across = g.upper + g.fore * bend, -g.fore * bent
-        side = -aside / np.maximum(across, 1e-6)
-        exists &= np.abs(side) <= 1.0
-        side = np.minimum(1.0, np.maximum(-1.0, side))  # The sine of the upper arm's roll.
+        side = np.minimum(1.0, np.maximum(-1.0, -aside / np.maximum(across, 1e-6)))  # The sine of the upper arm's roll.
         upward = branch * np.sqrt(1.0 - side**2)  # Its cosine.
         rise = across * upward
         lift = np.arctan2(ahead * rise - up * along, ahead * along + up * rise)
-        # The hand's axes, as columns, seen from the shoulder lift's link: x, y, z.
-        turned_x = cosine[:, None] * orientation[:, 0] + sine[:, None] * orientation[:, 1]
-        y = cosine[:, None] * orientation[:, 1] - sine[:, None] * orientation[:, 0]
-        cosine, sine = np.cos(lift)[:, None], np.sin(lift)[:, None]
-        x = cosine * turned_x - sine * orientation[:, 2]
-        z = sine * turned_x + cosine * orientation[:, 2]
-        # And the rows of the hand's rotation in the forearm's frame, of which the first column of the others suffices.
-        rolled = side[:, None] * y - upward[:, None] * z
-        first = bend[:, None] * x + bent[:, None] * rolled
-        second = upward * y[:, 0] + side * z[:, 0]
-        third = bent * x[:, 0] - bend * rolled[:, 0]
+        within = np.flatnonzero((lift >= g.low[1]) & (lift <= g.high[1]))
+        left, lift = left[within], lift[within]
+        bend, bent, side, upward = bend[within], bent[within], side[within], upward[within]
+        # The hand's axes, as rows, seen from the shoulder lift's link: x, y, z.
+        hand = orientation[pose[left]].transpose(1, 2, 0)
+        cosine, sine = cosine[left], sine[left]
+        turned_x = cosine * hand[0] + sine * hand[1]
+        y = cosine * hand[1] - sine * hand[0]
+        cosine, sine = np.cos(lift), np.sin(lift)
+        x = cosine * turned_x - sine * hand[2]
+        z = sine * turned_x + cosine * hand[2]
+        # And the rows of the hand's rotation in the forearm's frame, of which the first entry of the others suffices.
+        rolled = side * y - upward * z
+        first = bend * x + bent * rolled
+        second = upward * y[0] + side * z[0]
+        third = bent * x[0] - bend * rolled[0]
         # hand = Rx(fore roll) Ry(flex) Rx(wrist roll), with sin(flex) <= 0
-        q = np.empty((len(pan), 7))
-        q[:, 0], q[:, 1] = pan, lift
-        q[:, 2], q[:, 3] = np.arctan2(side, upward), np.arctan2(bent, bend)
-        q[:, 4] = np.arctan2(-second, third)
-        q[:, 5] = -np.arccos(np.minimum(1.0, np.maximum(-1.0, first[:, 0])))
-        q[:, 6] = np.arctan2(-first[:, 1], -first[:, 2])
-        q += 2 * np.pi * ((q < g.low).astype(float) - (q > g.high).astype(float))  # the roll's range exceeds +-pi
-        inside = np.logical_and.reduce((q >= g.low) & (q <= g.high), axis=1)
-        return q, exists & inside
+        found = np.empty((len(left), 7))
+        found[:, 0], found[:, 1] = pan[left], lift
+        found[:, 2], found[:, 3] = np.arctan2(side, upward), np.arctan2(bent, bend)
+        found[:, 4] = np.arctan2(-second, third)
+        found[:, 5] = -np.arccos(np.minimum(1.0, np.maximum(-1.0, first[0])))
+        found[:, 6] = np.arctan2(-first[1], -first[2])
+        # The roll's range exceeds +-pi.
+        found += 2 * np.pi * ((found < g.low).astype(float) - (found > g.high).astype(float))
+        inside = np.logical_and.reduce((found >= g.low) & (found <= g.high), axis=1)
+        q, good = np.zeros((len(pan), 7)), np.zeros(len(pan), dtype=bool)
+        left = left[inside]
+        q[left], good[left] = found[inside], True
+        return q, good
 
     def solutions(self, position: Array, orientation: Array, pans: Array) -> tuple[Array, NDArray[np.intp]]:
         """All configurations for each pose over a grid of shoulder pans and both branches.
@@ -156,9 +167,8 @@ class ArmKinematics:
         """
         n, k = len(position), len(pans)
         index = np.repeat(np.arange(n), 2 * k)
-        q, good = self.inverse(
-            position[index], orientation[index], np.tile(np.repeat(pans, 2), n), np.tile(np.array([1.0, -1.0]), n * k)
-        )
+        branch = np.tile(np.array([1.0, -1.0]), n * k)
+        q, good = self.inverse(position, orientation, np.tile(np.repeat(pans, 2), n), branch, index)
         return q[good], index[good]
 
     def pan_grid(self, step: float = 0.12) -> Array:

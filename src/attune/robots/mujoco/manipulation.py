@@ -3,6 +3,7 @@
 import math
 from collections.abc import Awaitable, Callable, Iterator
 from dataclasses import replace
+from functools import partial
 from typing import TypeVar
 
 import anyio
@@ -201,8 +202,8 @@ class Manipulation:
         best: M | None = None
         least, compared = math.inf, 0
         async for motion in results(self._clock, search):
-            found = motion
-            crowded = await self._clock.run_in_thread(lambda: crowding(world, carrying, name, found))  # noqa: B023
+            compare = partial(crowding, world, carrying, name, motion, least)
+            crowded = await self._clock.run_in_thread(compare)
             if crowded < least:
                 best, least = motion, crowded
             compared += 1

@@ -52,41 +52,35 @@ class Tracks:
         end: Array | None = None,
     ) -> None:
         n, k = len(position), len(pans)
-        q, good = kinematics.inverse(
-            np.repeat(position, k, axis=0),
-            np.repeat(orientation, k, axis=0),
-            np.tile(pans, n),
-            np.full(n * k, branch),
-        )
+        of_pose = np.repeat(np.arange(n), k)
+        q, good = kinematics.inverse(position, orientation, np.tile(pans, n), np.full(n * k, branch), of_pose)
         self._kinematics = kinematics
         self._q, good = q.reshape(n, k, 7), good.reshape(n, k)
         for pose, fixed in ((0, start), (-1, end)):
             if fixed is not None:
                 self._q[pose], good[pose] = fixed, np.arange(k) == np.argmin(np.abs(pans - fixed[0]))
-        self._next = np.zeros((n - 1, k), dtype=np.intp)
         if not good.any(axis=1).all():
             self.costs = np.full(k, np.inf)
             return
         price = np.where(good, self._near_limits(), np.inf)
-        changes = self._changes()
-        padded = np.full(k + 2 * _NEIGHBOURS, np.inf)
+        self._changes = self._turns()
+        # Of the rest of the path from each pose and pan; beyond the grid there is none.
+        self._to_go = np.full((n, k + 2 * _NEIGHBOURS), np.inf)
+        here = self._to_go[:, _NEIGHBOURS:-_NEIGHBOURS]
         # A view: it follows what is written into the middle.
-        windows = np.lib.stride_tricks.sliding_window_view(padded, k)
-        columns = np.arange(k)
-        to_go = price[-1]
+        around = np.lib.stride_tricks.sliding_window_view(self._to_go, k, axis=1)
+        here[-1] = price[-1]
         for pose in range(n - 2, -1, -1):
-            padded[_NEIGHBOURS:-_NEIGHBOURS] = to_go
-            ways = changes[:, pose] + windows
-            best = np.argmin(ways, axis=0)
-            self._next[pose] = columns + best - _NEIGHBOURS
-            to_go = price[pose] + ways[best, columns]
-        self.costs = to_go
+            here[pose] = price[pose] + np.minimum.reduce(self._changes[pose] + around[pose + 1])
+        self.costs = here[0].copy()
 
     def path(self, column: int) -> Array:
         """The path from a pan whose cost is finite, shape (n, 7), its continuous joints unwrapped."""
         columns = [column]
-        for following in self._next:
-            columns.append(int(following[columns[-1]]))
+        for changes, to_go in zip(self._changes, self._to_go[1:], strict=True):
+            at = columns[-1]
+            best = np.argmin(changes[:, at] + to_go[at : at + 2 * _NEIGHBOURS + 1])
+            columns.append(at + int(best) - _NEIGHBOURS)
         q = self._q[np.arange(len(columns)), columns]
         turns = np.round(np.diff(q, axis=0) / (2 * np.pi)) * self._kinematics.continuous
         q[1:] -= 2 * np.pi * np.cumsum(turns, axis=0)
@@ -98,29 +92,21 @@ class Tracks:
         share = np.abs(self._q[..., limited] - (low + high) / 2) / ((high - low) / 2)
         return np.asarray(_LIMIT_COST * np.maximum(0.0, share.max(axis=-1) - _NEAR_LIMIT))
 
-    def _changes(self) -> Array:
+    def _turns(self) -> Array:
         """Largest turn of a joint from each pose and pan to the next pose and each neighbouring pan.
 
-        Infinite when it is a jump; shape (2 * _NEIGHBOURS + 1, n - 1, k).
+        Infinite when it is a jump; shape (n - 1, 2 * _NEIGHBOURS + 1, k).
         """
-        n, k, _ = self._q.shape
-        result = np.full((2 * _NEIGHBOURS + 1, n - 1, k), np.inf)
         # Joint by joint: reducing over a short last axis is several times slower.
         joints = np.ascontiguousarray(np.moveaxis(self._q, -1, 0))
-        for index in range(len(result)):
-            offset = index - _NEIGHBOURS
-            here = slice(max(0, -offset), min(k, k - offset))
-            there = slice(max(0, offset), min(k, k + offset))
-            if here.stop <= here.start:
-                continue
-            change = np.zeros((n - 1, here.stop - here.start))
-            for q, continuous in zip(joints, self._kinematics.continuous, strict=True):
-                turn = q[1:, there] - q[:-1, here]
-                if continuous:
-                    turn -= 2 * np.pi * np.round(turn / (2 * np.pi))
-                np.maximum(change, np.abs(turn), out=change)
-            result[index, :, here] = np.where(change <= _JUMP, change, np.inf)
-        return result
+        count, n, k = joints.shape
+        following = np.full((count, n - 1, k + 2 * _NEIGHBOURS), np.nan)
+        following[..., _NEIGHBOURS:-_NEIGHBOURS] = joints[:, 1:]
+        turns = np.lib.stride_tricks.sliding_window_view(following, k, axis=2) - joints[:, :-1, None]
+        for joint in np.flatnonzero(self._kinematics.continuous):
+            turns[joint] -= 2 * np.pi * np.round(turns[joint] / (2 * np.pi))
+        largest = np.maximum.reduce(np.abs(turns, out=turns))
+        return np.where(largest <= _JUMP, largest, np.inf)
 
 
 def follow(kinematics: ArmKinematics, start: Array, position: Array, orientation: Array) -> Array | None:

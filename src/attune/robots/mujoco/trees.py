@@ -45,6 +45,7 @@ def connect(
         steps: Of the tree search.
         ways_out: Points one after the other that lead from a point into the open.
     """
+    edge = _remembering(edge)
     for goal in goals:
         line = edge(start, goal, False)
         if line is not None:
@@ -76,6 +77,19 @@ def connect(
             continue
         return _joined(edge, nodes, parents, (grown, bridge) if near == 0 else (bridge, grown), rng)
     return None
+
+
+def _remembering(edge: Edge) -> Edge:
+    """The same edges, each tried only once: trees meet and corners are left out at the same points again and again."""
+    known: dict[tuple[bytes, bytes, bool], Array | None] = {}
+
+    def remembered(a: Array, b: Array, loose: bool) -> Array | None:
+        key = a.tobytes(), b.tobytes(), loose
+        if key not in known:
+            known[key] = edge(a, b, loose)
+        return known[key]
+
+    return remembered
 
 
 def _joined(

@@ -56,7 +56,9 @@ class World:
 
     def __init__(self, scene: Scene, *, friction_only: bool = False) -> None:
         self.scene = scene
-        self.model: Any = world_spec(scene, friction_only=friction_only).compile()
+        spec = world_spec(scene, friction_only=friction_only)
+        spec.compiler.discardvisual = True  # What is only looked at would take part in every search for contacts.
+        self.model: Any = spec.compile()
         self.data: Any = mujoco.MjData(self.model)
         self.lock = threading.RLock()
         self._substeps = round(TICK / self.model.opt.timestep)
