@@ -102,7 +102,7 @@ class VirtualClock:
         self._check_loop()
         while True:
             tick()
-            await anyio.sleep(period)
+            await asyncio.sleep(period)  # Which anyio also does, after looking up each time on which loop it runs.
 
     async def run_in_thread(self, work: Callable[[], T]) -> T:
         """Run `work` at once, in the event loop: threads would race, and no two runs would be alike."""

@@ -1,6 +1,6 @@
 """What the robot and what it carries touch: forces at the pads, and contacts that should not be."""
 
-from collections.abc import Iterable, Mapping
+from collections.abc import Iterable, Mapping, Sequence
 from typing import Any
 
 import mujoco
@@ -29,7 +29,7 @@ class Touch:
         bodies = [model.body(body).name for body in range(model.nbody)]
         geom_body = [bodies[body] for body in model.geom_bodyid]
         self._name = [things.get(body, body) if body != "world" else FLOOR for body in geom_body]
-        self._robot = np.isin(model.geom_contype, (contact.TRUNK, *_ARM_BITS.values()))
+        self._robot: list[bool] = np.isin(model.geom_contype, (contact.TRUNK, *_ARM_BITS.values())).tolist()
         self._pads = {arm: [model.geom(pad).id for pad in pr2.PADS[arm]] for arm in ARMS}
         self._arm: list[Arm | None] = [None] * model.ngeom
         for arm, bit in _ARM_BITS.items():
@@ -41,7 +41,6 @@ class Touch:
         self._graspable = [geom in handles or body in objects for geom, body in enumerate(geom_body)]
         self._permitted: dict[Arm, frozenset[str]] = dict.fromkeys(ARMS, frozenset())
         self._contacts: list[tuple[int, int]] = []
-        self._is_of = {thing.name: np.array(geom_body) == thing.name for thing in scene.objects}
         self._lowered: Arm | None = None
         self._standing: dict[str, tuple[frozenset[str], int]] = {}
         self._bumps: dict[tuple[str, str], None] = {}
@@ -49,42 +48,45 @@ class Touch:
 
     def update(self, data: Any, held: Mapping[Arm, str | None]) -> None:
         """Read the contacts of the robot with everything else and with itself, and of what each arm holds."""
+        touching: list[tuple[int, int, int]] = []
+        if data.ncon:
+            # They are few, and read at every tick: lists are faster than arrays.
+            pairs, distances = data.contact.geom.tolist(), data.contact.dist.tolist()
+            touching = [
+                (index, *pair) for index, (pair, away) in enumerate(zip(pairs, distances, strict=True)) if away <= 0.0
+            ]
         self._contacts = []
         self._forces = {arm: {} for arm in ARMS}
-        self._update_carried(data, held)
-        if not data.ncon:
-            return
-        contacts = data.contact
-        pairs = contacts.geom
-        force = np.zeros(6)
-        robot = self._robot[pairs]
-        touching = (robot[:, 0] | robot[:, 1]) & (contacts.dist <= 0.0)
-        for index in np.flatnonzero(touching).tolist():
-            first, second = pairs[index].tolist()
-            if not self._robot[first]:
-                first, second = second, first
-            self._contacts.append((first, second))
-            arm = self._arm[first]
-            if arm and first in self._pads[arm] and self._graspable[second]:
-                mujoco.mj_contactForce(self._model, data, index, force)
-                forces = self._forces[arm].setdefault(self._name[second], [0.0, 0.0])
-                forces[self._pads[arm].index(first)] += float(force[0])
+        self._update_carried(data, held, touching)
+        for index, first, second in touching:
+            if self._robot[first]:
+                self._update_robot(data, index, first, second)
+            elif self._robot[second]:
+                self._update_robot(data, index, second, first)
 
-    def _update_carried(self, data: Any, held: Mapping[Arm, str | None]) -> None:
+    def _update_robot(self, data: Any, index: int, part: int, other: int) -> None:
+        self._contacts.append((part, other))
+        arm = self._arm[part]
+        if arm and part in self._pads[arm] and self._graspable[other]:
+            force = np.zeros(6)
+            mujoco.mj_contactForce(self._model, data, index, force)
+            forces = self._forces[arm].setdefault(self._name[other], [0.0, 0.0])
+            forces[self._pads[arm].index(part)] += float(force[0])
+
+    def _update_carried(
+        self, data: Any, held: Mapping[Arm, str | None], touching: Sequence[tuple[int, int, int]]
+    ) -> None:
         """Find what carried objects bump into: all that they touch but what they are lifted from or put down on."""
         self._bumps = {}
         self._standing = {name: stood for name, stood in self._standing.items() if name in held.values()}
         for arm, name in held.items():
             if name is None:
                 continue
-            contacts = data.contact
-            pairs = contacts.geom
-            mine = self._is_of[name][pairs]
-            other = np.where(mine[:, 0], pairs[:, 1], pairs[:, 0])
-            foreign = (mine[:, 0] | mine[:, 1]) & ~self._robot[other] & (contacts.dist <= 0.0)
-            others = {
-                self._name[other[index]]: abs(float(contacts.frame[index, 2])) for index in np.flatnonzero(foreign)
-            }
+            others: dict[str, float] = {}
+            for index, *pair in touching:
+                for mine, other in (pair, pair[::-1]):
+                    if self._name[mine] == name and not self._robot[other]:
+                        others[self._name[other]] = abs(float(data.contact.frame[index, 2]))
             stood_on, away = self._standing.get(name, (frozenset(), 0))
             if not stood_on and away < _LEFT:  # The fingers may have lifted it a little when they closed.
                 stood_on = frozenset(others)

@@ -6,6 +6,7 @@ the path, which is how a halt stops the robot on its way without overshoot.
 """
 
 import math
+from bisect import bisect_right
 from dataclasses import dataclass
 from typing import cast
 
@@ -46,14 +47,15 @@ class Trajectory:
 
     def __init__(self, path: Array, speed: Array) -> None:
         self._path = path
-        self._speed = speed
         steps = 2.0 / np.maximum(speed[1:] + speed[:-1], 1e-9)
-        self._times = np.concatenate(([0.0], np.cumsum(steps)))
+        # Looked up one by one at every tick, where lists are faster than arrays.
+        self._speed: list[float] = speed.tolist()
+        self._times: list[float] = [0.0, *np.cumsum(steps).tolist()]
 
     @property
     def duration(self) -> float:
         """How long it takes at full speed [s]."""
-        return float(self._times[-1])
+        return self._times[-1]
 
     @property
     def start(self) -> Array:
@@ -76,7 +78,7 @@ class Trajectory:
             return self.start, np.zeros(self._path.shape[1])
         if time >= self.duration:
             return self.end, np.zeros(self._path.shape[1])
-        i = int(np.searchsorted(self._times, time, side="right")) - 1
+        i = bisect_right(self._times, time) - 1
         elapsed = time - self._times[i]
         span = self._times[i + 1] - self._times[i]
         acceleration = (self._speed[i + 1] - self._speed[i]) / span

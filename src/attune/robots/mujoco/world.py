@@ -68,11 +68,12 @@ class World:
         self._gone: set[str] = set()
         robot_joints = [*pr2.SERVOS, *(joint for arm in ARMS for joint in pr2.FINGER_JOINTS[arm])]
         self._robot_dofs = np.array([self.model.joint(joint).dofadr[0] for joint in robot_joints])
+        self._ctrl = self.data.ctrl  # A view: it follows the state.
         self._velocities = np.zeros(self.model.nu)
-        self._actuators = {joint: self.model.actuator(joint).id for joint in pr2.SERVOS}
+        self._actuators: dict[tuple[str, ...], NDArray[np.intp]] = {}
         self._feed_forward = np.zeros(self.model.nu)
         for joint, servo in pr2.SERVOS.items():
-            self._feed_forward[self._actuators[joint]] = servo.damping / servo.stiffness
+            self._feed_forward[self._actuators_of((joint,))] = servo.damping / servo.stiffness
         for joint, position in pr2.start_posture(BasePose(*scene.robot_start)).items():
             self.data.qpos[self.model.joint(joint).qposadr[0]] = position
             if joint in pr2.SERVOS:
@@ -95,7 +96,7 @@ class World:
                 grip.drive(self.data, TICK)
             # The targets move on within the period, so that the joints do not jerk from one to the next.
             if self._velocities.any():
-                targets, step = self.data.ctrl, self._velocities * self.model.opt.timestep
+                targets, step = self._ctrl, self._velocities * self.model.opt.timestep
                 targets -= step * self._substeps
                 for _ in range(self._substeps):
                     targets += step
@@ -121,10 +122,15 @@ class World:
             position: Where they should be at the end of the next tick, shape (n,) [m or rad].
             velocity: With which they should move meanwhile, shape (n,) [m/s or rad/s].
         """
-        actuators = [self._actuators[joint] for joint in joints]
+        actuators = self._actuators_of(tuple(joints))
         with self.lock:
-            self.data.ctrl[actuators] = position + self._feed_forward[actuators] * velocity
+            self._ctrl[actuators] = position + self._feed_forward[actuators] * velocity
             self._velocities[actuators] = velocity
+
+    def _actuators_of(self, joints: tuple[str, ...]) -> NDArray[np.intp]:
+        if joints not in self._actuators:
+            self._actuators[joints] = np.array([self.model.actuator(joint).id for joint in joints], dtype=np.intp)
+        return self._actuators[joints]
 
     def command_gripper(self, arm: Arm, gap: float) -> None:
         """Open or close a gripper to a gap between its pads [m]; it moves with `pr2.GRIPPER_SPEED`.
