@@ -35,9 +35,7 @@ def never() -> float:
     ("don't stop", 0.6, True, 0.98, 0.0, True),  # "no stop", misheard
     ("don't stop", 0.6, True, 0.9, 0.0, False),
     ("please don't stop", 0.6, True, 0.98, 0.0, False),
-    ("please talk", 0.3, True, 0.98, -2.0, True),
-    ("please talk", 0.3, True, 0.9, -0.4, True),
-    ("great job", 0.3, True, 0.94, -1.1, False),
+    ("please talk", 0.3, True, 0.9, -2.0, True),
     ("please talk", 0.3, False, 0.9, -2.0, False),
     ("please talk", 0.3, False, 0.6, -0.4, True),
     ("please talk", 0.3, True, 0.6, -2.0, False),
@@ -126,7 +124,7 @@ def test_a_spotted_stop_in_a_long_sentence_is_left_to_the_recogniser() -> None:
 
 def test_an_alternative_that_is_an_order_to_stop_is_preferred() -> None:
     heard = Recognition("please talk", alternatives=("please stop", "please tell"), confidence=0.2)
-    result = overruled(heard, Evidence(True, 0.9, 0.9, lambda: -0.3), reads_as_stop)
+    result = overruled(heard, Evidence(True, 0.9, 0.9, never), reads_as_stop)
     assert (result.text, result.alternatives, result.in_domain) == ("please stop", ("please talk", "please tell"), True)
 
 

@@ -34,8 +34,7 @@ clean and in noise at 15 dB, 13 had 0.95 and more; what others were told ("stop 
 Where the text says something else, all that is not short needs it: among people who talk, 2 of 15 sentences with "stop"
 or "top" in them ("lisa stop it now") had it, and both such orders."""
 _COMES_NEAR = -0.8
-"""Evidence of the rest of the sound (`StopJudge.lead`) from which it may have been an order to stop, where the text
-says something else: "great job" among people who talk had -0.3, -1.1 and less."""
+"""Evidence of the rest of the sound (`StopJudge.lead`) from which it may have been an order to stop."""
 _SETTLED = 0.15
 """In the pause after somebody has spoken, the probability can be told from this time on [s]."""
 _SHORT_NEGATION = 2
@@ -153,10 +152,9 @@ def _is_order(heard: Recognition, evidence: Evidence, is_stop: Callable[[str], b
         return evidence.spotted and len(heard.text.split()) <= _SHORT_NEGATION and evidence.order >= _SURE
     if not _is_doubtful(heard) and not is_stop(heard.text):
         return evidence.spotted and evidence.order >= _SURE
-    says_else = bool(heard.text) and not is_stop(heard.text)
-    if evidence.order < _least_if_long(evidence.seconds, says_else=says_else):
+    if evidence.order < _least_if_long(evidence.seconds, says_else=bool(heard.text) and not is_stop(heard.text)):
         return False
-    if evidence.spotted and evidence.order >= (_SURE if says_else else _LIKELY):
+    if evidence.spotted and evidence.order >= _LIKELY:
         return True
     if evidence.order < (_MAYBE if evidence.seconds <= _SHORT or is_stop(heard.text) else _LIKELY):
         return False
