@@ -19,6 +19,8 @@ Array = NDArray[np.float64]
 
 _STEPS = 80
 """Of the tree search."""
+_MANY_STEPS = 800
+"""The same where it is hard to get in or out."""
 _JOINT_STEP = 0.03
 """Between two collision checks [rad]."""
 _WILD = 0.4
@@ -27,8 +29,13 @@ _RAISES = (0.08, 0.16, 0.25)
 """Heights by which the hand is lifted before it moves on [m]."""
 
 
-def joint_path(world: Imagination, arm: Arm, start: Array, goal: Array, rng: np.random.Generator) -> Array | None:
-    """A free path through joint space, shape (n, 7), or None. Continuous joints take the short way round."""
+def joint_path(
+    world: Imagination, arm: Arm, start: Array, goal: Array, rng: np.random.Generator, *, thorough: bool = False
+) -> Array | None:
+    """A free path through joint space, shape (n, 7), or None. Continuous joints take the short way round.
+
+    A thorough search takes some tenths of a second where it finds nothing.
+    """
     kinematics = world.kinematics[arm]
 
     def edge(a: Array, b: Array, _: bool = False) -> Array | None:
@@ -52,7 +59,7 @@ def joint_path(world: Imagination, arm: Arm, start: Array, goal: Array, rng: np.
         between = start + rng.random() * (goal - start)
         return cast("Array", np.clip(between + rng.normal(0.0, 0.5, 7), low, high))
 
-    return connect(edge, start, (goal,), sample, np.ones(7), 0.7, rng, _STEPS)
+    return connect(edge, start, (goal,), sample, np.ones(7), 0.7, rng, _MANY_STEPS if thorough else _STEPS)
 
 
 def _raised(world: Imagination, arm: Arm, q: Array) -> list[Array]:

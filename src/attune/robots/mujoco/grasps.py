@@ -31,6 +31,14 @@ _PITCHES = (0.0, 0.35, 0.7, 1.05, np.pi / 2)
 """How steeply the hand comes down [rad]."""
 
 
+_FINE_PITCHES = tuple(np.linspace(-0.35, np.pi / 2, 12))
+"""The same, many of them."""
+_PALM_MIDDLE, _PALM_HALF = 0.105, (0.04, 0.024)
+"""How far the palm's middle is behind the tool frame, and half its length and height [m]."""
+_PALM_ROOM = 0.006
+"""Between palm and object [m]."""
+_INSIDE = 0.010
+"""Least distance of the tool frame from an object's outline [m]."""
 _INSISTENCE = 2.0
 """Weight of a pitch that is wanted."""
 
@@ -57,6 +65,61 @@ def grasps_for(percept: Percept, pitch: float | None = None) -> tuple[Grasp, ...
     if min(width, depth) > _WIDEST:
         found += _rims(frame, width, depth, height)
     return tuple(sorted(found, key=lambda grasp: grasp.cost))
+
+
+@lru_cache(maxsize=8)
+def more_grasps(percept: Percept) -> tuple[Grasp, ...]:
+    """Many more candidates for what stands where few are possible: at every pitch, as deep as the palm lets it."""
+    frame = frame_of(percept.pose)
+    width, depth, height = percept.extent
+    yaw = float(np.arctan2(frame.rotation[1, 0], frame.rotation[0, 0]))
+    round_or_square = abs(width - depth) < 0.004
+    found = []
+    for step in range(_YAWS):
+        angle = 2 * np.pi * step / _YAWS
+        across = abs(np.sin(angle)) * width + abs(np.cos(angle)) * depth
+        if not (across <= _WIDEST or (round_or_square and width <= _WIDEST)):
+            continue
+        along = width / 2 if round_or_square else (abs(np.cos(angle)) * width + abs(np.sin(angle)) * depth) / 2
+        ahead = np.array([np.cos(yaw + angle), np.sin(yaw + angle), 0.0])
+        for pitch in _FINE_PITCHES:
+            for u, z in _deepest(along, height, pitch):
+                position = frame.position + u * ahead + np.array([0.0, 0.0, z])
+                # Where few grasps are possible there is mostly a board above: level hands first.
+                cost = 0.3 * abs(z / height - 0.6) + abs(pitch) + 0.15 * abs(u) / along
+                found.append(Grasp(_hand(position, yaw + angle, pitch), float(cost)))
+    rims = [grasp for grasp in grasps_for(percept) if min(width, depth) > _WIDEST]
+    return tuple(sorted((*found, *rims), key=lambda grasp: grasp.cost))
+
+
+def _deepest(along: float, height: float, pitch: float) -> Iterator[tuple[float, float]]:
+    """Places of the tool frame in the upright plane of a hand (ahead of the object's middle, over its bottom [m]).
+
+    The hand comes in from points all over the object, and goes back along its fingers until its palm is free.
+    """
+    ahead, up = np.array([np.cos(pitch), -np.sin(pitch)]), np.array([np.sin(pitch), np.cos(pitch)])
+    low = 0.003 + pr2.PAD_LENGTH / 2 * np.sin(pitch) + pr2.PAD_HEIGHT / 2 * np.cos(pitch)
+    # The object's and the palm's rectangles are apart if they are along one of their sides.
+    middle, half = np.array([0.0, height / 2]), np.array([along, height / 2])
+    seen = set()
+    for share_u in (-0.75, -0.4, 0.0, 0.4, 0.75):
+        for share_z in (0.15, 0.35, 0.55, 0.75, 0.9):
+            tool = np.array([share_u * along, max(share_z * height, low)])
+            for _ in range(60):
+                offset = tool - _PALM_MIDDLE * ahead - middle
+                apart = max(
+                    *(np.abs(offset) - half - _PALM_HALF[0] * np.abs(ahead) - _PALM_HALF[1] * np.abs(up)),
+                    abs(offset @ ahead) - _PALM_HALF[0] - half @ np.abs(ahead),
+                    abs(offset @ up) - _PALM_HALF[1] - half @ np.abs(up),
+                )
+                if apart > _PALM_ROOM:
+                    break
+                tool = tool - 0.004 * ahead
+            inside = min(along - abs(tool[0]), height - tool[1])
+            place = tuple(np.round(tool / 0.012))
+            if apart > _PALM_ROOM and inside > _INSIDE and tool[1] >= low and place not in seen:
+                seen.add(place)
+                yield float(tool[0]), float(tool[1])
 
 
 def _hand(position: Array, heading: float, pitch: float) -> Frame:

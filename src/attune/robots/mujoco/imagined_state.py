@@ -101,7 +101,12 @@ class ImaginedState:
 
     def torso_frame(self) -> Frame:
         """Where the torso's link is: the frame of the arms' kinematics."""
-        return torso_frame(self.base, float(self._qpos[self._torso_address]))
+        return torso_frame(self.base, self.torso_lift)
+
+    @property
+    def torso_lift(self) -> float:
+        """The torso's height above its lowest [m]."""
+        return float(self._qpos[self._torso_address])
 
     def arm(self, arm: Arm) -> Array:
         """Configuration of an arm, shape (7,)."""

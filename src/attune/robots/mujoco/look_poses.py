@@ -12,7 +12,8 @@ from attune.robots.interface import BasePose, Point
 from attune.robots.mujoco.costmap import Costmap, Footprint
 from attune.robots.mujoco.imagination import Imagination
 from attune.robots.mujoco.imagined_view import own_shadow, sees, visible
-from attune.robots.mujoco.reach import CLEARANCE, NEIGHBOURHOOD, SHADOW
+from attune.robots.mujoco.reach import NEIGHBOURHOOD, SHADOW
+from attune.robots.mujoco.stances import CLEARANCE
 
 Array = NDArray[np.float64]
 

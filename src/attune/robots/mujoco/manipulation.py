@@ -27,6 +27,7 @@ from attune.robots.mujoco.folding import Folding
 from attune.robots.mujoco.frames import Frame, frame_of, pose_of
 from attune.robots.mujoco.imagination import Imagination
 from attune.robots.mujoco.motions import Motions, together
+from attune.robots.mujoco.repeating import repeated
 from attune.robots.mujoco.stepwise import results
 from attune.robots.mujoco.straighten import ASKEW, straightening_path, tilt
 from attune.robots.mujoco.whole_motions import (
@@ -92,11 +93,20 @@ class Manipulation:
         self.closing = False
         """Whether fingers close on something, shielded from cancellation."""
 
-    async def pick(self, percept: Percept, arms: tuple[Arm, ...], pitch: float | None = None) -> Arm:
-        """Grasp, lift and take to a posture for driving. See `Robot.pick`."""
+    async def pick(
+        self, percept: Percept, arms: tuple[Arm, ...], pitch: float | None = None, known: Pick | None = None
+    ) -> Arm:
+        """Grasp, lift and take to a posture for driving. See `Robot.pick`.
+
+        Args:
+            percept: The object.
+            arms: With which it may be taken.
+            pitch: How steeply the hand should come down, if that matters [rad].
+            known: A motion that was found for about here, if it was hard to find.
+        """
         for arm in self._beliefs.free_arms:  # Plans start from a known, free posture, and leave room for the other.
             await self._folding.fold(arm)
-        chosen = await self._plan_pick(percept, arms, pitch)
+        chosen = await self._repeat(percept, arms, known) or await self._plan_pick(percept, arms, pitch)
         plan, arm = chosen.plan, chosen.plan.arm
         self._motions.forget_way(arm)
         self._world.permit(arm, (percept.name,))
@@ -175,6 +185,13 @@ class Manipulation:
             self._world.permit(arm, ())
         await self._motions.bend(arm, chosen.fold)
         await self._verify(name, position)
+
+    async def _repeat(self, percept: Percept, arms: tuple[Arm, ...], known: Pick | None) -> Pick | None:
+        if known is None or known.plan.arm not in arms:
+            return None
+        world = self._beliefs.imagine()
+        carrying = self._beliefs.imagine(grasping=(known.plan.arm, percept.name))
+        return await self._clock.run_in_thread(lambda: repeated(world, carrying, percept, known))
 
     async def _plan_pick(self, percept: Percept, arms: tuple[Arm, ...], pitch: float | None) -> Pick:
         for manner in manners(pitch):

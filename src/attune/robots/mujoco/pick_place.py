@@ -14,6 +14,7 @@ from attune.robots.interface import Arm, Percept, Point
 from attune.robots.mujoco import pr2
 from attune.robots.mujoco.frames import Frame, frame_of
 from attune.robots.mujoco.grasps import Grasp
+from attune.robots.mujoco.hand_ways import HandWay
 from attune.robots.mujoco.imagination import Imagination
 from attune.robots.mujoco.kinematics import rotation
 from attune.robots.mujoco.reaching import comfort, follow, reach_all, straight
@@ -30,6 +31,8 @@ _HEADING = np.pi / 4
 """Between two directions in which an object is lifted slantwise [rad]."""
 _OVER = 0.02
 """Between an object's top and the fingers over it [m]."""
+_LONGEST = 0.8
+"""From the shoulder to the wrist, about [m]."""
 _YAWS = 16
 
 
@@ -110,7 +113,9 @@ def pick_starts(
     kinematics = world.kinematics[arm]
     shoulder = torso.position + torso.rotation @ kinematics.geometry.shoulder
     near = [
-        g for g in grasps if np.linalg.norm(g.tool.position - pr2.TOOL_OFFSET * g.tool.rotation[:, 0] - shoulder) < 0.8
+        g
+        for g in grasps
+        if np.linalg.norm(g.tool.position - pr2.TOOL_OFFSET * g.tool.rotation[:, 0] - shoulder) < _LONGEST
     ]
     if not near:
         return []
@@ -122,6 +127,30 @@ def pick_starts(
         offset = offset + slant * np.array([np.cos(heading), np.sin(heading), 0.0])
     series = [(g.tool, _back(g.tool, top), moved(g.tool, offset)) for g in near]
     keys, index = reach_all(kinematics, torso, series, kinematics.pan_grid())
+    costs = np.array([near[i].cost for i in index]) + 0.5 * comfort(kinematics, keys[:, 0]) ** 4
+    return _ranked(arm, keys, index, series, costs)
+
+
+def starts_along(world: Imagination, arm: Arm, ways: Sequence[HandWay], step: float = 0.12) -> list[Start]:
+    """Candidates for grasping along ways of the hand from where the base stands, best first.
+
+    Args:
+        world: Where the base stands.
+        arm: The arm.
+        ways: Of its hand.
+        step: Between two shoulder pans that are tried [rad].
+    """
+    torso, kinematics = world.torso_frame(), world.kinematics[arm]
+    shoulder = torso.position + torso.rotation @ kinematics.geometry.shoulder
+    near = [
+        way
+        for way in ways
+        if np.linalg.norm(way.grasp.position - pr2.TOOL_OFFSET * way.grasp.rotation[:, 0] - shoulder) < _LONGEST
+    ]
+    if not near:
+        return []
+    series = [(way.grasp, way.before, way.lifted) for way in near]
+    keys, index = reach_all(kinematics, torso, series, kinematics.pan_grid(step))
     costs = np.array([near[i].cost for i in index]) + 0.5 * comfort(kinematics, keys[:, 0]) ** 4
     return _ranked(arm, keys, index, series, costs)
 

@@ -5,37 +5,27 @@ stop between any two steps. A step yields a proven base pose, or None when its c
 """
 
 from collections import Counter
-from collections.abc import Callable, Iterator
+from collections.abc import Callable, Iterator, Sequence
 from functools import partial
 
 import numpy as np
 from numpy.typing import NDArray
 
 from attune.robots.interface import Arm, BasePose, Percept, Point
-from attune.robots.mujoco import pr2
 from attune.robots.mujoco.arcs import ROOMS, find_arcs, handle_ways
 from attune.robots.mujoco.beliefs import Held
 from attune.robots.mujoco.costmap import Costmap, Footprint, footprint
 from attune.robots.mujoco.crowding import is_compact
 from attune.robots.mujoco.driving import find_way
+from attune.robots.mujoco.hand_ways import HandWay
 from attune.robots.mujoco.imagination import Imagination
 from attune.robots.mujoco.imagined_view import own_shadow, sees
-from attune.robots.mujoco.whole_motions import PLACING, Manner, find_picks, find_places, manners, radius
+from attune.robots.mujoco.stances import stances
+from attune.robots.mujoco.thorough import promising
+from attune.robots.mujoco.whole_motions import PLACING, THOROUGH, Manner, Pick, find_picks, find_places, manners, radius
 
 Array = NDArray[np.float64]
 
-_SAMPLES = 250
-"""Base poses drawn at once."""
-_ROUNDS = 6
-"""Times that so many are drawn, at most."""
-_ENOUGH = 40
-"""Free ones after which no more are drawn."""
-_NEAREST, _FARTHEST = 0.35, 0.85
-"""Of the shoulder from the target, over the floor [m]."""
-_OUTWARD, _INWARD = 2.0, 0.5
-"""How far the target may be to the arm's own side and to the other [rad]."""
-CLEARANCE = 0.045
-"""Kept from obstacles where the robot stops [m]."""
 _COMPLETIONS = 3
 """Candidates of an arm motion that are tried to the end from one base pose."""
 _WIDE = 0.5
@@ -44,6 +34,8 @@ _SLENDER = 0.55
 """Radius of a robot that carries something and leaves wherever it has come to [m]; with folded arms it has 0.47."""
 _SECOND_BEST = 4
 """Base poses of less than full value after which no more are tried."""
+_MOST_WORK = 180_000
+"""Collision checks after which a thorough search is given up: some twelve seconds of processor time."""
 _IN_VAIN = 8
 """Base poses from which all of these were tried in vain, before a manner of grasping is given up: it takes long."""
 _POSES = 60
@@ -56,45 +48,6 @@ SHADOW = 0.2
 """Largest share of a place that the robot's own arms may hide."""
 
 
-def stances(
-    costmap: Costmap, body: Footprint, point: Point, arm: Arm, now: BasePose, rng: np.random.Generator
-) -> Array:
-    """Base poses that bring a shoulder near a point and are free, most promising first, shape (n, 3)."""
-    side = 1.0 if arm == "left" else -1.0
-    found: list[Array] = []
-    costs: list[Array] = []
-    # In the open most samples are free, between an open door and a wall one of a hundred.
-    for _ in range(_ROUNDS):
-        distance = rng.uniform(_NEAREST, _FARTHEST, _SAMPLES)
-        bearing = side * rng.uniform(-_INWARD, _OUTWARD, _SAMPLES)
-        yaw = rng.uniform(-np.pi, np.pi, _SAMPLES)
-        towards = yaw + bearing
-        x, y = pr2.SHOULDER_OFFSETS[arm]
-        poses = np.column_stack(
-            (
-                point[0] - distance * np.cos(towards) - np.cos(yaw) * x + np.sin(yaw) * y,
-                point[1] - distance * np.sin(towards) - np.sin(yaw) * x - np.cos(yaw) * y,
-                yaw,
-            )
-        )
-        clearance = costmap.clearance(poses, body)
-        turn = np.abs((poses[:, 2] - now.yaw + np.pi) % (2 * np.pi) - np.pi)
-        way = np.hypot(poses[:, 0] - now.x, poses[:, 1] - now.y)
-        cost = (
-            2.0 * np.abs(distance - 0.6)
-            + 0.3 * np.abs(bearing - side * 0.3)
-            + 0.15 * way
-            + 0.1 * turn
-            - 1.0 * np.minimum(clearance, 0.15)
-        )
-        free = clearance > CLEARANCE
-        found.append(poses[free])
-        costs.append(cost[free])
-        if sum(map(len, found)) >= _ENOUGH:
-            break
-    return np.asarray(np.concatenate(found)[np.argsort(np.concatenate(costs), kind="stable")])
-
-
 def pick_poses(
     worlds: dict[Arm, tuple[Imagination, Imagination]],
     costmap: Costmap,
@@ -102,19 +55,37 @@ def pick_poses(
     percept: Percept,
     rng: np.random.Generator,
     pitch: float | None = None,
+    thorough: bool = False,
+    proofs: dict[BasePose, Pick] | None = None,
 ) -> Iterator[BasePose | None]:
-    """Base poses for picking an object up with one of the arms for which there are worlds."""
+    """Base poses for picking an object up with one of the arms for which there are worlds.
+
+    Args:
+        worlds: For each arm, with the object where it was seen, and in the gripper.
+        costmap: The floor.
+        body: The robot's outline.
+        percept: The object.
+        rng: For the searches.
+        pitch: How steeply the hand should come down, if that matters [rad].
+        thorough: Whether to search on, for some seconds, if nothing is found quickly.
+        proofs: To be filled: what was found for base poses that only a thorough search has found.
+    """
     hopeless: set[bytes] = set()
     postures = {arm: world.arm(arm) for arm, (world, _) in worlds.items()}
     now = next(iter(worlds.values()))[0].base
 
     in_vain: Counter[Manner] = Counter()
 
+    ways: list[HandWay] = []
+
     def prove(arm: Arm, manner: Manner) -> float:
-        if in_vain[manner] == _IN_VAIN:
+        if in_vain[manner] == _IN_VAIN and not manner.thorough:
             return 0.0
         world, carrying = worlds[arm]
-        search = find_picks(world, carrying, percept, arm, postures[arm], rng, _COMPLETIONS, pitch, hopeless, manner)
+        search = find_picks(
+            world, carrying, percept, arm, postures[arm], rng, _COMPLETIONS, pitch, hopeless, manner,
+            ways,
+        )  # fmt: skip
         steps = 0
         plan = None
         for plan in search:
@@ -124,6 +95,8 @@ def pick_poses(
         if plan is None:
             in_vain[manner] += steps >= _COMPLETIONS
             return 0.0
+        if manner.thorough and proofs is not None:
+            proofs[world.base] = plan
         compact, outline = is_compact(carrying, plan), footprint(carrying.body_solids())
         if compact and outline.radius < _SLENDER:
             return 1.0
@@ -139,7 +112,28 @@ def pick_poses(
         view.base = pose
         return own_shadow(view, middle, radius(percept)) < SHADOW and sees(view, middle)
 
-    yield from _in_any_manner(worlds, costmap, body, percept.pose.position, prove, rng, sees_it, manners(pitch))
+    point, found = percept.pose.position, False
+    for pose in _in_any_manner(worlds, costmap, body, point, prove, rng, sees_it, manners(pitch)):
+        found = found or pose is not None
+        yield pose
+    if found or not thorough:
+        return
+    candidates: list[tuple[Arm, BasePose]] = []
+    for candidate in promising(worlds, costmap, body, percept, rng, ways):
+        if candidate is not None:
+            candidates.append(candidate)
+        yield None
+    candidates.sort(key=lambda candidate: not sees_it(candidate[1]))
+    began = _work(worlds)
+    for pose in _tried(worlds, candidates, partial(prove, manner=THOROUGH)):
+        yield pose
+        if _work(worlds) - began > _MOST_WORK:
+            return
+
+
+def _work(worlds: dict[Arm, tuple[Imagination, Imagination]]) -> int:
+    """Collision checks made so far."""
+    return sum(world.checks for pair in worlds.values() for world in pair)
 
 
 def place_poses(
@@ -243,6 +237,15 @@ def _proven(
     del candidates[limit:]
     candidates.sort(key=lambda candidate: not preferred(candidate[1]))
     yield None
+    yield from _tried(worlds, candidates, prove)
+
+
+def _tried(
+    worlds: dict[Arm, tuple[Imagination, Imagination]],
+    candidates: Sequence[tuple[Arm, BasePose]],
+    prove: Callable[[Arm], float],
+) -> Iterator[BasePose | None]:
+    """Those candidates that are proven, the second best last."""
     second_best: list[BasePose] = []
     for arm, pose in candidates:
         for world in worlds[arm]:

@@ -201,7 +201,7 @@ class MujocoRobot(Robot):
             raise GripperFull(", ".join(held.percept.name for held in self._beliefs.held.values()))
         now = await self._find_again(percept)
         arms = (arm,) if arm is not None else self._nearest_first(free, now)
-        return await self._manipulation.pick(now, arms, self._searching.pitch_for(goal))
+        return await self._manipulation.pick(now, arms, self._searching.pitch_for(goal), self._searching.proof(now))
 
     async def place(self, arm: Arm, position: Point) -> None:
         """Put down what `arm` holds, let go, draw back, fold the arm and look whether it stands."""

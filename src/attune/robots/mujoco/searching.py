@@ -1,5 +1,7 @@
 """Where the PR2 should stand for what it is to do."""
 
+import math
+from collections import Counter
 from collections.abc import Collection, Iterator, Sequence
 
 import numpy as np
@@ -12,6 +14,7 @@ from attune.robots.interface import (
     BasePose,
     LookTarget,
     OpenTarget,
+    Percept,
     PickTarget,
     PlaceTarget,
     Point,
@@ -28,9 +31,18 @@ from attune.robots.mujoco.look_poses import look_poses
 from attune.robots.mujoco.motions import Motions
 from attune.robots.mujoco.reach import handle_poses, pick_poses, place_poses
 from attune.robots.mujoco.stepwise import results
+from attune.robots.mujoco.whole_motions import Pick
 
 _VIEWS = 2
 """Base poses to look from that a search gives; of others one: after a failure, the next search knows more."""
+_ALONE = 0.3
+"""What stands so far from an object is hardly in the way of it [m]."""
+_QUICK = 2
+"""Searches in vain for what stands near other things before one is thorough: these may be moved aside first."""
+_THOROUGH = 2
+"""Thorough searches for the same object before it counts as out of reach."""
+_SAME = 0.02
+"""Base poses nearer to each other are the same [m or rad]."""
 _CUT_OFF = 6
 """Base poses without a way to them after which a search is given up."""
 
@@ -65,6 +77,12 @@ class Searching:
         self._containers = containers
         self._clock = clock
         self._rng = rng
+        self._sought = ""
+        """The object that was last searched for to be taken."""
+        self._proofs: dict[BasePose, Pick] = {}
+        """How it can be taken from base poses that only a thorough search has found."""
+        self._in_vain: Counter[str] = Counter()
+        """Searches for ways to take an object, with any arm, that have found nothing since the last that did."""
 
     async def base_poses(self, target: Target) -> Sequence[BasePose]:
         """See `Robot.base_poses`."""
@@ -87,6 +105,9 @@ class Searching:
                 cut_off += 1
             if len(found) == wanted or cut_off == _CUT_OFF:
                 break
+        match target:
+            case PickTarget(percept, _, None, ()):
+                self._in_vain[percept.name] = 0 if found else self._in_vain[percept.name] + 1
         return tuple(found)
 
     def _search(self, target: Target, costmap: Costmap) -> Iterator[BasePose | None] | None:
@@ -100,7 +121,15 @@ class Searching:
                     if wanted in (arm, None)
                 }
                 body = footprint(self._folded().body_solids())
-                return pick_poses(worlds, costmap, body, percept, rng, self.pitch_for(goal)) if worlds else None
+                if not worlds:
+                    return None
+                # What would be possible without other objects is asked of many sets of them: that must be quick.
+                thorough = wanted is None and not without and self._should_be_thorough(percept)
+                self._sought = percept.name
+                self._proofs.clear()
+                return pick_poses(
+                    worlds, costmap, body, percept, rng, self.pitch_for(goal), thorough=thorough, proofs=self._proofs
+                )
             case PlaceTarget(arm, position):
                 held = self._beliefs.held.get(arm)
                 if held is None:
@@ -113,6 +142,27 @@ class Searching:
                 return look_poses(world, costmap, footprint(world.body_solids()), point, rng, hidden)
             case OpenTarget(name):
                 return self._search_handle(self.container(name), costmap, rng)
+
+    def _should_be_thorough(self, percept: Percept) -> bool:
+        """Whether to search for long: soon for what stands alone; of other things something may be in the way."""
+        in_vain = self._in_vain[percept.name]
+        x, y, z = percept.pose.position
+        alone = all(
+            name == percept.name or math.dist(other.pose.position, (x, y, z)) > _ALONE
+            for name, other in self._beliefs.seen.items()
+        )
+        return in_vain < _THOROUGH if alone else _QUICK <= in_vain < _QUICK + _THOROUGH
+
+    def proof(self, percept: Percept) -> Pick | None:
+        """How an object can be taken from where the robot stands, if only a thorough search has found that."""
+        now = self._motions.base
+        if percept.name != self._sought:
+            return None
+        for pose, motion in self._proofs.items():
+            turn = math.remainder(pose.yaw - now.yaw, math.tau)
+            if math.hypot(pose.x - now.x, pose.y - now.y) < _SAME and abs(turn) < _SAME:
+                return motion
+        return None
 
     def _search_handle(
         self, box: Container, costmap: Costmap, rng: np.random.Generator

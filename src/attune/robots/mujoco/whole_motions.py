@@ -18,6 +18,7 @@ from attune.robots.mujoco.beliefs import Held
 from attune.robots.mujoco.carry import carrying_path, folding_path
 from attune.robots.mujoco.frames import frame_of
 from attune.robots.mujoco.grasps import grasps_for
+from attune.robots.mujoco.hand_ways import HandWay
 from attune.robots.mujoco.imagination import Imagination
 from attune.robots.mujoco.pick_place import (
     LIFTS,
@@ -30,6 +31,7 @@ from attune.robots.mujoco.pick_place import (
     key,
     pick_starts,
     place_starts,
+    starts_along,
 )
 from attune.robots.mujoco.skeleton import through_things
 from attune.robots.mujoco.upright_paths import upright_path
@@ -87,6 +89,7 @@ class Manner:
         strict: Only grasps with the pitch that is wanted.
         roomy: What is carried keeps well away from other objects.
         slantwise: The object is lifted towards the robot: it stands close before a wall or under the edge of a board.
+        thorough: All that the hand can do is tried: many more grasps and ways to them, longer searches for the arm's.
         high: What is put down is let go a little higher: fingers that hold it near its bottom need room below them.
     """
 
@@ -94,7 +97,11 @@ class Manner:
     strict: bool = False
     roomy: bool = False
     slantwise: bool = False
+    thorough: bool = False
     high: bool = False
+
+
+THOROUGH = Manner(thorough=True)
 
 
 def manners(pitch: float | None = None) -> tuple[Manner, ...]:
@@ -139,6 +146,7 @@ def find_picks(
     pitch: float | None = None,
     hopeless: set[bytes] | None = None,
     manner: Manner = Manner(),
+    ways: Sequence[HandWay] = (),
 ) -> Iterator[Pick | None]:
     """Ways to pick an object up from where the base stands.
 
@@ -153,18 +161,11 @@ def find_picks(
         pitch: How steeply the hand should come down, if that matters [rad].
         hopeless: Hand poses that are not free, wherever the base stands; those that are found are added.
         manner: How the hand comes.
+        ways: What the hand alone can do, for a thorough search.
     """
     hopeless = set() if hopeless is None else hopeless
     world.put(percept.name, frame_of(percept.pose))
-    top = percept.pose.position[2] + percept.extent[2] if manner.over else None
-    wanted = pitch if manner.strict else None
-    for lift in LIFTS:
-        grasps = [
-            grasp
-            for grasp in grasps_for(percept, pitch)
-            if key(grasp.tool) not in hopeless and (wanted is None or abs(grasp.pitch - wanted) < _NEAR_PITCH)
-        ]
-        starts = pick_starts(world, arm, grasps, lift, top, _SLANT * lift if manner.slantwise else 0.0)
+    for starts in _pick_starts(world, percept, arm, pitch, hopeless, manner, ways):
         for start in _worth_trying(world, starts, percept.name, hopeless):
             world.aim_at(percept.name)
             world.set_gripper(arm, pr2.GRIPPER_OPEN)
@@ -177,11 +178,35 @@ def find_picks(
             world.keep_clear(percept.name)
             if plan is None:
                 continue
-            yield _with_ways(world, carrying, percept, posture, plan, rng)
+            yield _with_ways(world, carrying, percept, posture, plan, rng, manner.thorough)
             completions -= 1
             if completions <= 0:
                 return
         yield None
+
+
+def _pick_starts(
+    world: Imagination,
+    percept: Percept,
+    arm: Arm,
+    pitch: float | None,
+    hopeless: Collection[bytes],
+    manner: Manner,
+    ways: Sequence[HandWay],
+) -> Iterator[list[Start]]:
+    """Candidates for picking an object up: for each height of lifting, or all that the hand can do."""
+    if manner.thorough:
+        yield starts_along(world, arm, ways)
+        return
+    top = percept.pose.position[2] + percept.extent[2] if manner.over else None
+    wanted = pitch if manner.strict else None
+    for lift in LIFTS:
+        grasps = [
+            grasp
+            for grasp in grasps_for(percept, pitch)
+            if key(grasp.tool) not in hopeless and (wanted is None or abs(grasp.pitch - wanted) < _NEAR_PITCH)
+        ]
+        yield pick_starts(world, arm, grasps, lift, top, _SLANT * lift if manner.slantwise else 0.0)
 
 
 def find_places(
@@ -265,16 +290,19 @@ def _with_ways(
     posture: Array,
     plan: PickPlan,
     rng: np.random.Generator,
+    thorough: bool,
 ) -> Pick | None:
     arm = plan.arm
     world.set_gripper(arm, pr2.GRIPPER_OPEN)
-    reach = joint_path(world, arm, posture, plan.approach[0], rng)
+    reach = joint_path(world, arm, posture, plan.approach[0], rng, thorough=thorough)
     if reach is None:
         return None
-    approach = _turned(plan.approach, reach[-1])
-    lift = _turned(plan.lift, approach[-1])
+    approach = turned(plan.approach, reach[-1])
+    lift = turned(plan.lift, approach[-1])
     carrying.set_in_hand(arm, plan.in_hand)
     carry = carrying_path(carrying, arm, lift[-1], radius(percept), rng)
+    if carry is None and thorough:  # The way to it was hard to find: it is worth another try.
+        carry = carrying_path(carrying, arm, lift[-1], radius(percept), rng)
     if carry is None:
         return None
     return Pick(reach, PickPlan(arm, approach, lift, plan.in_hand), carry)
@@ -286,15 +314,15 @@ def _from_and_to(
     reach = upright_path(carrying, plan.arm, posture, plan.lower[0], rng)
     if reach is None:
         return None
-    lower = _turned(plan.lower, reach[-1])
-    retreat = _turned(plan.retreat, lower[-1])
+    lower = turned(plan.lower, reach[-1])
+    retreat = turned(plan.retreat, lower[-1])
     fold = folding_path(world, plan.arm, rng, retreat[-1], posture)
     if fold is None:
         return None
     return Place(reach, PlacePlan(plan.arm, lower, retreat, plan.placed), fold)
 
 
-def _turned(path: Array, first: Array) -> Array:
+def turned(path: Array, first: Array) -> Array:
     """A path with its continuous joints turned by whole turns so that it goes on from `first`."""
     turns = np.round((first - path[0]) / (2 * np.pi))
     return np.asarray(path + 2 * np.pi * turns)
