@@ -3,6 +3,7 @@
 import json
 from itertools import islice
 
+import pytest
 from typer.testing import CliRunner
 
 from attune.cli.main import app
@@ -53,6 +54,14 @@ def test_a_draw_that_is_not_possible_says_why() -> None:
     refused = [task for task in islice(draws(0), 60) if task.why_not]
     assert refused
     assert all(task.scene is None and (task.source in task.why_not or task.goal in task.why_not) for task in refused)
+
+
+@pytest.mark.slow
+def test_what_stands_askew_in_a_compartment_is_taken_from_behind_its_open_door() -> None:
+    # The box's broad side is to the front, so the hand must come along the back wall: few ways lead there.
+    result = Trier(778)(254)
+    assert isinstance(result, Trial)
+    assert (result.problem, result.contacts) == ("", ())
 
 
 def test_what_the_robots_own_arm_hides_is_not_run_into() -> None:

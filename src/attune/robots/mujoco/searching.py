@@ -39,7 +39,7 @@ _ALONE = 0.3
 """What stands so far from an object is hardly in the way of it [m]."""
 _QUICK = 2
 """Searches in vain for what stands near other things before one is thorough: these may be moved aside first."""
-_THOROUGH = 2
+_THOROUGH = 3
 """Thorough searches for the same object before it counts as out of reach."""
 _SAME = 0.02
 """Base poses nearer to each other are the same [m or rad]."""
