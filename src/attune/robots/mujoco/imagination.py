@@ -38,12 +38,17 @@ _CARRIED_BITS: Mapping[Arm, int] = {"right": 32, "left": 64}
 
 
 class Imagination(ImaginedState):
-    """An imagined state, and what is too near to what in it."""
+    """An imagined state, and what is too near to what in it.
+
+    Attributes:
+        checks: Collision checks made so far: the measure of a search's work.
+    """
 
     def __init__(
         self, model: Any, qpos: Array, objects: Mapping[str, Pose], carried: Mapping[Arm, tuple[str, Frame]]
     ) -> None:
         super().__init__(model, qpos, objects, carried)
+        self.checks = 0
         self._rubbed = (-1, 0.0)
         self._set_contacts()
 
@@ -256,6 +261,7 @@ class Imagination(ImaginedState):
         return None
 
     def _collide(self) -> None:
+        self.checks += 1
         mujoco.mj_kinematics(self.model, self.data)
         mujoco.mj_collision(self.model, self.data)
 
