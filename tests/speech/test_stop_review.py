@@ -35,6 +35,9 @@ def never() -> float:
     ("don't stop", 0.6, True, 0.98, 0.0, True),  # "no stop", misheard
     ("don't stop", 0.6, True, 0.9, 0.0, False),
     ("please don't stop", 0.6, True, 0.98, 0.0, False),
+    ("blue not stop", 0.2, True, 0.95, 0.0, True),  # "robot stop", misheard
+    ("you should not stop", 0.2, True, 0.95, 0.0, False),
+    ("not stop now", 0.3, True, 0.96, 0.0, False),
     ("please talk", 0.3, True, 0.9, -2.0, True),
     ("please talk", 0.3, False, 0.9, -2.0, False),
     ("please talk", 0.3, False, 0.6, -0.4, True),

@@ -3,7 +3,12 @@
 import re
 
 STOP_WORD = re.compile(r"(?<!\w)(stop|halt|freeze|wait|pause|hold (?:on|it)|don't move|stand still)(?!\w)")
-_NEGATED = re.compile(r"(?<!\w)(?:don't|do not|not|never|without|can't|no need to)(?: (?:have|need) to| \w+)? $")
+_NEGATED = re.compile(
+    r"(?<!\w)(?:(?:don't|do not|never|without|can't|no need to)(?: (?:have|need) to| \w+)?"
+    r"|not (?:(?:have|need) to|\w+)"
+    r"|(?:^|(?:do|does|did|should|would|could|will|can|must|may|might|need|better|please|to|and|or|just|rather) )not) $"
+)
+"""Elsewhere a "not" right before "stop" is no English: "blue not stop" is how "robot stop" may be understood."""
 
 
 def stops_in(text: str) -> list[str]:
