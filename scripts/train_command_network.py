@@ -2,7 +2,7 @@
 
     python scripts/train_command_network.py embeddings.npz
 
-`scripts/word_embeddings.py` makes the embeddings. Needs torch (in the `age` extra); takes a few minutes on one core.
+`scripts/word_embeddings.py` makes the embeddings. Needs torch (in the `age` extra); takes about ten minutes on one core.
 The same sentences and embeddings give the same network on the same kind of processor.
 """
 
@@ -21,7 +21,8 @@ from attune.dialogue.grammar.command_model import COMMANDS
 from attune.dialogue.grammar.command_network import SEPARATOR, UNKNOWN, WIDTHS, CommandNetwork, encode
 from attune.dialogue.grammar.network_words import words_about, words_of
 
-DIMENSIONS, FILTERS = 96, 128
+DIMENSIONS, FILTERS, BRANCHES = 96, 128, 4
+"""Each branch has filters and a head of its own and learns by itself from the same reduced embeddings."""
 EPOCHS, BATCH, RATE, DECAY = 8, 32, 2e-3, 0.02
 WORDS_DROPPED, DIMENSIONS_DROPPED, FILTERS_DROPPED = 0.05, 0.2, 0.4
 SMOOTHING = 0.05
@@ -52,18 +53,21 @@ class _Network(nn.Module):
         self.embeddings = nn.Embedding.from_pretrained(embeddings.vectors, freeze=True)
         self.reduce = nn.Linear(embeddings.vectors.shape[1], DIMENSIONS)
         self.segments = nn.Embedding(2, DIMENSIONS)
-        self.filters = nn.ModuleList(nn.Conv1d(DIMENSIONS, FILTERS, width, padding=width // 2) for width in WIDTHS)
-        self.head = nn.Linear(len(WIDTHS) * FILTERS, len(COMMANDS))
+        filters = BRANCHES * FILTERS
+        self.filters = nn.ModuleList(nn.Conv1d(DIMENSIONS, filters, width, padding=width // 2) for width in WIDTHS)
+        self.heads = nn.ModuleList(nn.Linear(len(WIDTHS) * FILTERS, len(COMMANDS)) for _ in range(BRANCHES))
         self.drop_dimensions = nn.Dropout(DIMENSIONS_DROPPED)
         self.drop_filters = nn.Dropout(FILTERS_DROPPED)
 
     def forward(self, numbers: Tensor, present: Tensor) -> Tensor:
+        """Scores, shape (branches, sentences, commands)."""
         segment = ((numbers == self.separator).cumsum(1) > 0).long()
         values = torch.tanh(self.reduce(self.embeddings(numbers)) + self.segments(segment))
         values = (self.drop_dimensions(values) * present[..., None]).transpose(1, 2)
         absent = (present == 0)[:, None]
         strongest = [torch.relu(layer(values)).masked_fill(absent, 0).amax(2) for layer in self.filters]
-        return self.head(self.drop_filters(torch.cat(strongest, 1)))
+        branches = torch.stack(strongest, 1).unflatten(2, (BRANCHES, FILTERS)).permute(2, 0, 1, 3).flatten(2)
+        return torch.stack([head(self.drop_filters(one)) for head, one in zip(self.heads, branches, strict=True)])
 
 
 def train(examples: Sequence[Example], embeddings: Embeddings, seed: int = 0) -> CommandNetwork:
@@ -84,7 +88,7 @@ def train(examples: Sequence[Example], embeddings: Embeddings, seed: int = 0) ->
         for numbers, present, commands in _batches(coded, chance):
             dropped = (torch.rand(numbers.shape) < WORDS_DROPPED) & (numbers != network.separator)
             scores = network(numbers.masked_fill(dropped, unknown), present)
-            loss = nn.functional.cross_entropy(scores, commands, label_smoothing=SMOOTHING)
+            loss = nn.functional.cross_entropy(scores.flatten(0, 1), commands.repeat(BRANCHES), label_smoothing=SMOOTHING)
             optimizer.zero_grad()
             loss.backward()
             optimizer.step()
@@ -109,7 +113,9 @@ def _batches(coded: Sequence[Coded], chance: random.Random) -> Iterator[tuple[Te
 def _stored(network: _Network, embeddings: Embeddings) -> CommandNetwork:
     reduced = (network.reduce(embeddings.vectors) / STEP).round().clamp(-127, 127)
     filters = [(_array(layer.weight.permute(2, 1, 0).flatten(0, 1)), _array(layer.bias)) for layer in network.filters]
-    head = _array(network.head.weight.T), _array(network.head.bias)
+    weights = torch.stack([head.weight.unflatten(1, (len(WIDTHS), FILTERS)) for head in network.heads], 2)
+    biases = torch.stack([head.bias for head in network.heads])
+    head = _array(weights.flatten(1).T / BRANCHES), _array(biases.mean(0))
     segments = _array(network.segments.weight)
     return CommandNetwork(embeddings.known, reduced.numpy().astype(np.int8), STEP, segments, filters, head)
 

@@ -41,6 +41,7 @@ from attune.dialogue.words import words
 NOTHING_KNOWN = Context()
 _KEPT_LEXICONS = 32
 _LONGEST_FRAGMENT = 12
+_CUT_OFF_FOR_SURE = 0.9
 _SHORT_OPENING = 5
 _STOP_WORDS = words("stop halt freeze abort")
 _GIVES_UP = re.compile(r"(?:\w+ )*?(?:cancel|forget|scrap|scratch|never ?mind|drop|call)\b")
@@ -54,8 +55,10 @@ _CUT_OFF = re.compile(
     r"\b(?:put|place|set|lay|leave) (?:it|that|them|this) (?:on|in|at|by|under|next to)[ .,]*$|\band put it[ .,]*$|"
     r"\bT\d+\b.*\b(?:to|in|on|from|into|onto|at) (?:the|a|an|my|our)[ .,]*$|"
     r"\bT\d+ , (?:the|a|an|my)[ .,]*$|"
+    r"\bT\d+ of(?: , of)*[ .,]*$|"
     r"\bT\d+ (?:(?:to|and|or|from|into|onto)(?: the| a| my)?|(?:on|in|of|with|at) (?:the|a|my))[ .,]*$"
 )
+_ASKS_FOR_LAST = re.compile(r"\b(?:bring|get|fetch|give|pass|hand|have|want|like|need)(?: me| us)? T(\d+)$")
 _BEFORE_A_NAME = words(
     "hey hello hi dear okay please oh yes no so well now excuse me listen look good morning thank you , ."
 )
@@ -96,7 +99,7 @@ class GrammarInterpreter:
             meaning = Interpretation(intent="talk", confidence=SOMEBODY_CALLED, reason="somebody else is called")
         else:
             meaning = self._by_rules(tokens, context)
-        if meaning.intent not in CERTAIN:
+        if meaning.intent not in CERTAIN and not _is_cut_off(meaning):
             meaning = self._second_opinion(meaning, tokens, context)
         meaning = left_out(meaning, " ".join(token.text for token in tokens), context)
         if meaning.intent == "replace_object":
@@ -175,14 +178,14 @@ class GrammarInterpreter:
         self, plain: str, text: str, sentence: Sentence, context: Context, lexicon: Lexicon, reader: PhraseReader,
         said: tuple[ObjectSpec, ...], fragment: bool = False,
     ) -> Interpretation:  # fmt: skip
+        if _CUT_OFF.search(text) or (not context.pending_question and _lacks_its_noun(text, sentence)):
+            return Interpretation(intent="fragment", confidence=_CUT_OFF_FOR_SURE, reason="breaks off before it says where or what")
         if context.pending_question:
             question = read_question(context.pending_question, context, reader)
             settled, answered, _ = settle(sentence, frames.without_asides(text))
             answer = read_answer(answered if answered.strip(" .,?") else text, settled, question, context)
             if answer is not None:
                 return answer
-        if _CUT_OFF.search(text):
-            return Interpretation(intent="fragment", confidence=0.7, reason="breaks off before it says where or what")
         noted = remark(plain if not fragment else text, text)
         if noted is not None:
             return noted
@@ -254,6 +257,19 @@ def _breaks_off(words: Sequence[str]) -> bool:
         return False
     asks_you = words[-2:-1] and words[-2] in {"can", "could", "would", "will"} and len(words) <= _SHORT_OPENING
     return words[-1] not in {"you", "it"} or bool(asks_you)
+
+
+def _is_cut_off(meaning: Interpretation) -> bool:
+    return meaning.intent == "fragment" and meaning.confidence >= _CUT_OFF_FOR_SURE
+
+
+def _lacks_its_noun(text: str, sentence: Sentence) -> bool:
+    """Whether a request ends with a size, and with nothing that has it: "get me the small blue"."""
+    asked = _ASKS_FOR_LAST.search(text)
+    if asked is None:
+        return False
+    thing = sentence.things[int(asked[1])]
+    return thing.head == "bare" and bool(thing.spec.size) and not thing.compared
 
 
 def _spoken_of(context: Context, reader: PhraseReader) -> tuple[ObjectSpec, ...]:
