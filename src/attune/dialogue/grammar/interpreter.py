@@ -124,7 +124,7 @@ class GrammarInterpreter:
 
     def _by_rules(self, tokens: list[Token], context: Context) -> Interpretation:  # noqa: PLR0911 - one rule per return
         lexicon, reader = self._words_of(context)
-        tokens = _without_names_of_robot(tokens, lexicon)
+        said_tokens, tokens = tokens, _without_names_of_robot(tokens, lexicon)
         sentence = skeleton(reader.items(tokens))
         plain = " ".join(token.text for token in tokens)
         said = _spoken_of(context, reader)
@@ -137,7 +137,8 @@ class GrammarInterpreter:
             return whole
         start, end, words = stop
         alone = words in _STOP_WORDS and stopless[start:end].strip(" ,") == words
-        if not (alone and context.busy) and is_told_to_another(stopless, end, tokens, lexicon):
+        to_robot = who_is_called(said_tokens, lexicon, left_out=0) == "robot"
+        if not (alone and context.busy or to_robot) and is_told_to_another(stopless, end, tokens, lexicon):
             return Interpretation(intent="talk", confidence=SOMEBODY_CALLED, reason="somebody else is called")
         after = stopless[end:].strip(" ,.?")
         if after and _WAITS.match(words) and re.search(r"\b[TP]\d+\b", stopless[:start]):

@@ -54,6 +54,7 @@ _ANSWERS = Limits(2.0, 3.0)
 _CALLED, _FRAMED, _POINTS, _NAMED = 1.5, 0.8, 0.5, 1.5
 """So much later is doubted who calls the robot, who asks "could you ...", who points at what the robot is about, who
 names it and says where it shall go."""
+_STOP_SHORT, _STOP_TOLD = 4.0, 2.0
 _EXPRESSLY = 0.95
 """The rules' confidence in a request to "you"."""
 _ANOTHER_COMMAND = {"bring_me": 2.0, "replace_object": 7.0}
@@ -145,12 +146,14 @@ class SecondOpinion:
         ):
             return None
         short = len(sentence.skeleton.split()) <= _SHORT
-        told = sentence.called == "robot" or _YOU_STOP.search(sentence.skeleton)
-        if (found == "stop" and (short or told)) or (answering and short):
+        told = sentence.called == "robot" or bool(_YOU_STOP.search(sentence.skeleton))
+        if answering and short:
             return None
         limits = _ANSWERS if answering else _STOPS[context.busy] if found == "stop" else _LIMITS[found]
         later = (
-            _CALLED * (sentence.called == "robot")
+            _STOP_SHORT * short + _STOP_TOLD * told
+            if found == "stop"
+            else _CALLED * (sentence.called == "robot")
             + _FRAMED * (meaning.confidence >= _EXPRESSLY)
             + _NAMED * (found == "change_location" and meaning.confidence >= NAMED)
             + _POINTS * (context.busy and any(thing.head != "noun" for thing in sentence.things))

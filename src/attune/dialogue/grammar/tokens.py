@@ -49,6 +49,9 @@ _A_LITTLE_MORE = re.compile(
     re.IGNORECASE,
 )
 """Where it says how much, and is no size."""
+_STUTTERED = re.compile(r"\b([a-z]{1,3})(?:-\s?\1)*-\s?(?=\1)", re.IGNORECASE)
+"""The false starts of a word: "g-get", "b-b-blue", "mi-milk"."""
+_STOP_DRAWN_OUT = re.compile(r"\bst(?:o|oh|ah|aw)?(?:-?o)+-?p\b|\bstah?p\b|\bsstop\b", re.IGNORECASE)
 _DRAWN_OUT = re.compile(r"([a-z])\1{2,}")
 _TOKEN = re.compile(
     r"\b(?:o|wi|an|hol)['’](?!\w)|[a-zäöüéèàç0-9]+(?:['’][a-z]+)*|['’][a-z]+|[.!?…]+|[,;:—–()\"]|\s-+\s", re.IGNORECASE
@@ -70,6 +73,7 @@ class Token:
 def tokenize(text: str) -> list[Token]:
     """Words in lower case with contractions written out and hesitations left out; punctuation as "," and "."."""
     tokens: list[Token] = []
+    text = _STOP_DRAWN_OUT.sub("stop", _STUTTERED.sub("", text))
     text = _THE_CUT_SHORT.sub("the ", _G_DROPPED.sub("g", re.sub(r"(?<=\w)-(?=\w)", " ", text)))
     text = _A_LITTLE_MORE.sub("a bit", _OUT_OF.sub(r"\1 of ", text))
     for match in _TOKEN.finditer(text):
