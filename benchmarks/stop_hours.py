@@ -46,6 +46,7 @@ IN: tuple[tuple[Surroundings, float], ...] = (
     ("quiet", 0.0), ("kitchen", 15.0), ("quiet", 0.0), ("pink", 15.0), ("quiet", 0.0), ("babble", 15.0),
 )  # fmt: skip
 """Every other session has noise [dB under the speech]."""
+WITH_STOP_WORDS = 0.05
 ERRANDS = ("bring the red cup to the table", "bring the red cup to the counter")
 _UNDERSTANDING = Path(__file__).parents[1] / "scripts" / "understanding"
 
@@ -75,7 +76,10 @@ def sentences() -> list[Sentence]:
             found.setdefault(line["utterance"], Sentence(line["utterance"], "fresh"))
     for text in SENTENCES["talk"]:
         found.setdefault(text, Sentence(text, "talk"))
-    listed = [*found.values()]
+    with_stops = [each for each in found.values() if STOP_WORD.search(each.text.lower())]
+    listed = [each for each in found.values() if each not in with_stops]
+    # Whole collections are of stops; a household says the word far less often.
+    listed += with_stops[:: max(1, round(len(with_stops) / (WITH_STOP_WORDS * len(listed))))]
     return [listed[index] for index in np.random.default_rng(0).permutation(len(listed))]
 
 

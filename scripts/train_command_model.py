@@ -33,7 +33,7 @@ from attune.dialogue.lexicon import Lexicon
 SENTENCES = Path(__file__).parent / "understanding"
 WEIGHTS = Path(__file__).parents[1] / "src/attune/data/command_model.npz"
 SAMPLED = 40
-SEEN_AT_LEAST = 2
+SEEN_AT_LEAST = 3
 FAMILIAR_FROM = 3
 PENALTY = 1e-3
 STEPS = 80

@@ -53,6 +53,8 @@ _ORDERS = words("bring get fetch pass hand give put take grab leave find set lay
 _MODALS = words("can could would will")
 _ORDERS_TO_HAND = words("bring get fetch pass hand give put take grab")
 _AFTER_ORDER = words("me us the that those these this your my our it them a some him her")
+_SEVERAL = re.compile(r" you (?:lot|guys|boys|girls|kids|lads|pair|little ones|T\d+(?= *(?:$|[,.])))")
+"""Who is told to stop is no robot: "cut it out, you two"."""
 _NAMES_THAT_ARE_WORDS = words("will may mark grace hope rose sue pat bill art gene rob summer dawn joy people")
 _TWO_NAMES = 2
 _THIRD_PERSON = re.compile(
@@ -113,6 +115,8 @@ def is_told_to_another(text: str, end: int, tokens: Sequence[Token], lexicon: Le
         tokens: The utterance; a capital within a sentence makes a name.
         lexicon: The words of this situation.
     """
+    if _SEVERAL.match(text, max(text.rfind(" you", 0, end + len(" , you")), 0)):
+        return True
     called = re.match(r" (\w+)\b", text[end:].removeprefix(" ,"))
     if called is None or called[1] in lexicon.robot:
         return False

@@ -55,7 +55,7 @@ _CUT_OFF = re.compile(
     r"\b(?:put|place|set|lay|leave) (?:it|that|them|this) (?:on|in|at|by|under|next to)[ .,]*$|\band put it[ .,]*$|"
     r"\bT\d+\b.*\b(?:to|in|on|from|into|onto|at) (?:the|a|an|my|our)[ .,]*$|"
     r"\bT\d+ , (?:the|a|an|my)[ .,]*$|"
-    r"\bT\d+ of(?: , of)*[ .,]*$|"
+    r"\bT\d+ of(?: , of)*[ .,]*$|\binstead of T\d+ , (?:bring|get|fetch|give)(?: me)?[ .,]*$|"
     r"\bT\d+ (?:(?:to|and|or|from|into|onto)(?: the| a| my)?|(?:on|in|of|with|at) (?:the|a|my))[ .,]*$"
 )
 _ASKS_FOR_LAST = re.compile(r"\b(?:bring|get|fetch|give|pass|hand|have|want|like|need)(?: me| us)? T(\d+)$")

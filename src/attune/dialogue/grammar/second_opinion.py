@@ -45,24 +45,25 @@ class Limits:
 
 
 _LIMITS = {
-    "bring_me": Limits(-0.5, 2.0), "setting_breakfast": Limits(-0.3, 2.0), "change_location": Limits(-0.5, 2.0),
+    "bring_me": Limits(0.5, 2.5), "setting_breakfast": Limits(0.5, 2.5), "change_location": Limits(0.5, 2.5),
     "replace_object": Limits(1.0, 3.0),
 }  # fmt: skip
-_STOPS = {True: Limits(6.0, 6.0), False: Limits(4.0, 4.0)}
-"""Those of a stop, of a robot that is at work or not: missing one is worse than stopping for nothing."""
+_STOPS = Limits(1.5, 1.5)
+"""A stop is no question: it is one or not."""
 _ANSWERS = Limits(2.0, 3.0)
 _CALLED, _FRAMED, _POINTS, _NAMED = 1.5, 0.8, 0.5, 1.5
 """So much later is doubted who calls the robot, who asks "could you ...", who points at what the robot is about, who
 names it and says where it shall go."""
 _STOP_SHORT, _STOP_TOLD = 4.0, 2.0
+"""And so much later a stop of a few words, and one that the robot is told by its name or by "you"."""
 _EXPRESSLY = 0.95
 """The rules' confidence in a request to "you"."""
 _ANOTHER_COMMAND = {"bring_me": 2.0, "replace_object": 7.0}
 """How much likelier another command has to be; less for what people mix up."""
 _ANOTHER_THAN_THE_REST = 2.5
-_NONE_FOUND = 2.5
+_NONE_FOUND = 1.2
 """How much likelier a command has to be than none, where the rules found none."""
-_SOMEBODY_ELSE_CALLED = 5.0
+_SOMEBODY_ELSE_CALLED = 3.0
 _A_STOP = {True: 0.3, False: -0.2}
 """The same for a stop, of a robot that is at work or not: one that has nothing to do loses nothing by stopping."""
 _STOP_OF_ANOTHER = 1.5
@@ -70,7 +71,7 @@ _STOP_OF_ANOTHER = 1.5
 _LIKELIER_THAN_NOT = 0.5
 _SURE = 0.9
 _SHORT = 4
-"""A stop or an answer of so few words is never doubted."""
+"""An answer of so few words is never doubted, and such a stop seldom."""
 _EXPLAINS = re.compile(r"\b(?:i|we) have (?:already )?(?:found|got) T\d+$")
 _YOU_STOP = re.compile(
     r"^(?:(?:please|hey|,) )*(?:can|could|would|will) you (?:please )?(?:stop|wait|pause|hold on|halt)\b|"
@@ -149,7 +150,7 @@ class SecondOpinion:
         told = sentence.called == "robot" or bool(_YOU_STOP.search(sentence.skeleton))
         if answering and short:
             return None
-        limits = _ANSWERS if answering else _STOPS[context.busy] if found == "stop" else _LIMITS[found]
+        limits = _ANSWERS if answering else _STOPS if found == "stop" else _LIMITS[found]
         later = (
             _STOP_SHORT * short + _STOP_TOLD * told
             if found == "stop"

@@ -14,7 +14,7 @@ _MAY_COME_BEFORE = words(
 _BEFORE = rf"(?:^|(?<=[.,?] )|{'|'.join(f'(?<=@{word} )' for word in sorted(_MAY_COME_BEFORE))})".replace("@", r"\b")
 
 NOT_A_STOP = re.compile(
-    r"\b(?:please )?(?:(?<!why )do not (?:you )?(?:ever |even think about |just |dare (?:to )?)?"
+    r"\b(?:please )?(?:(?<!why )(?<!if you )do not (?:you )?(?:ever |even think about |just |dare (?:to )?)?"
     r"(?:stop(?:ping)?|freeze|halt|pause|give up|wait|cancel|abandon)|"
     r"do not let (?:me|us|this|that) (?:stop|interrupt|disturb) you|"
     r"why (?:would|should) (?:i|we|you) (?:want you to )?(?:stop|wait|pause)|"
@@ -24,7 +24,7 @@ NOT_A_STOP = re.compile(
     r"(?:i )?(?:was|am) not (?:telling|asking|talking to|ordering) you(?: to)? (?:stop|wait|halt)|"
     r"(?:i )?(?:did|do) not (?:say|mean|want you to|tell you to|ask you to|said|"
     r"mean to)(?: say)? "
-    r"(?:\w+ )?(?:stop|halt|wait|pause)|not stop|without stopping|"
+    r"(?:\w+ )?(?:stop|halt|wait|pause)|(?<!if you do )not stop|without stopping|"
     r"should not stop|must not stop|keep going (?:and )?do not stop|(?:there is )?no reason to stop|non stop|nonstop)"
     r"(?: (?:now|it|that|please|yet|here|there|until \S+ \S+|moving|going|working|what you are doing|on my account|"
     r"because of me|there is|robot))*"
@@ -96,7 +96,7 @@ _WAIT = re.compile(
     r"hang fire|would you mind waiting|(?:put|keep) (?:it|that|this|everything) on (?:hold|pause)|"
     r"hold(?= *(?:[.,?]|$))|"
     r"(?:just )?(?:one|a) (?:moment|second|sec|minute|mo)|give me (?:a|one) (?:moment|second|sec|minute)|"
-    r"not so fast|hold still|(?:take|have) a break(?: from (?:it|that|this))?|rest a moment)"
+    r"hold still|(?:take|have) a break(?: from (?:it|that|this))?|rest a moment)"
     r"(?: (?:a|one|just|second|sec|secs|seconds|minute|minutes|moment|mo|tick|please|for|me|there|up|now|while|"
     r"bit|here|robot|"
     r"right|everything|it|that|this|little|couple|of|the|task|wait|hold|on|hang|then|okay|until (?!you (?:hear|see)).*|"
@@ -116,6 +116,9 @@ _BREAK_OFF = (
     rf"cancel|withdraw|drop) (?:{_ALL_OF_IT}|(?:your|the|my|this|that) (?:(?:last|current|previous|whole) )?(?:task|"
     r"action|activity|work|job|mission|motion|movement|request|command|order|instruction|errand|trip|thing)|"
     r"what you are doing|that last (?:bit|part|one))|"
+    r"i (?:would like|want|wish|need) to (?:cancel|withdraw|revoke|take back)"
+    r"(?: (?:it|that|this|everything|my (?:\w+ )?(?:request|order|wish|instruction)))?(?: if \w+(?: \w+)?)?|"
+    r"come to a (?:halt|stop)|jack it in|(?:keep|stay|stand) back|no(?:(?: ,)? no){2,}|"
     r"interrupt|break off|(?:that is )?far enough|no further|hold (?:your )?fire|brakes?|(?:hit|put on) the brakes|"
     r"put the brakes on|steady(?: on)?|easy(?: there| now)|take five|"
     r"let us (?:take a break|pause|stop(?: here| there)?)|"
@@ -170,6 +173,14 @@ _GIVE_UP = re.compile(
 )
 
 
+_WITH_A_REASON = re.compile(
+    r"^never ?mind(?= i (?:do not|no longer|found|have)\b)|"
+    r"\bif you do not (?:stop|quit|halt|wait)(?: (?:it|that|now|right now|at once|this (?:second|instant|minute)))*"
+    r"(?= (?:, )?i (?:will|am)\b)"
+)
+"""Not at the end of a clause: "if you don't stop I'll pull the plug"."""
+
+
 def without_denied_stops(skeleton: str) -> tuple[str, bool]:
     """Cut out what denies a stop ("don't stop"); says whether there was any."""
     cleaned = NOT_A_STOP.sub(" ", skeleton)
@@ -180,6 +191,8 @@ def find_stop(skeleton: str) -> tuple[int, int, str] | None:
     """Where an order to stop stands: start, end, and its words; None when there is none."""
     if _TALK_STOP.search(skeleton):
         return None
+    if threatened := _WITH_A_REASON.search(skeleton):
+        return threatened.start(), threatened.end(), threatened[0].strip()
     for match in STOP_WORD.finditer(skeleton):
         before, after = skeleton[: match.start()].rstrip(), skeleton[match.end() :]
         if match[0] == "stop" and (_STOP_EXCLUDED_BEFORE.search(before) or _STOP_EXCLUDED_AFTER.match(after)):
