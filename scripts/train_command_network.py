@@ -2,7 +2,7 @@
 
     python scripts/train_command_network.py embeddings.npz
 
-`scripts/word_embeddings.py` makes the embeddings. Needs torch (in the `age` extra); takes about ten minutes on one core.
+`scripts/word_embeddings.py` makes the embeddings. Needs torch (in the `age` extra); takes ten minutes on one core.
 The same sentences and embeddings give the same network on the same kind of processor.
 """
 
@@ -88,7 +88,8 @@ def train(examples: Sequence[Example], embeddings: Embeddings, seed: int = 0) ->
         for numbers, present, commands in _batches(coded, chance):
             dropped = (torch.rand(numbers.shape) < WORDS_DROPPED) & (numbers != network.separator)
             scores = network(numbers.masked_fill(dropped, unknown), present)
-            loss = nn.functional.cross_entropy(scores.flatten(0, 1), commands.repeat(BRANCHES), label_smoothing=SMOOTHING)
+            wanted = commands.repeat(BRANCHES)
+            loss = nn.functional.cross_entropy(scores.flatten(0, 1), wanted, label_smoothing=SMOOTHING)
             optimizer.zero_grad()
             loss.backward()
             optimizer.step()

@@ -60,7 +60,7 @@ def test_a_network_that_was_written_and_read_judges_as_before(tmp_path: Path) ->
 def test_words_that_nobody_wrote_are_judged_by_what_they_mean() -> None:
     model, network = load_command_model(), load_command_network()
     for strange, words, meant in (
-        ("retrieve", "retrieve the spoon", "bring_me"),
+        ("procure", "procure the spoon", "bring_me"),
         ("refrain", "robot , refrain from moving", "stop"),
     ):
         assert not model.knows(strange)

@@ -240,7 +240,7 @@ def test_what_was_said_about_a_stop_is_cut_short_when_the_robot_goes_on() -> Non
     assert not [status for status in statuses if status.reply == stopped and "carry on" in status.spoken]
 
 
-DOUBTFUL = "bring the white plate when you come"
+DOUBTFUL = "bring the white plate home tonight"
 
 
 def test_where_it_is_doubtful_whether_the_robot_was_asked_it_asks_before_it_moves() -> None:
@@ -263,7 +263,7 @@ def test_what_is_on_its_way_goes_elsewhere_when_it_is_named_with_a_place_and_is_
 
 
 def test_who_agrees_to_a_doubtful_order_may_name_another_place() -> None:
-    doubtful = "put the milk on the counter when you have a moment, love"
+    doubtful = "put the milk back on the counter of the shop tonight"
     agreed = hold([doubtful, "yes, but put it on the table"])
     assert "counter" in agreed.said[0]
     assert [(command.kind, command.destination) for command in agreed.commands if isinstance(command, m.BringMe)] == [

@@ -180,7 +180,8 @@ class GrammarInterpreter:
         said: tuple[ObjectSpec, ...], fragment: bool = False,
     ) -> Interpretation:  # fmt: skip
         if _CUT_OFF.search(text) or (not context.pending_question and _lacks_its_noun(text, sentence)):
-            return Interpretation(intent="fragment", confidence=_CUT_OFF_FOR_SURE, reason="breaks off before it says where or what")
+            reason = "breaks off before it says where or what"
+            return Interpretation(intent="fragment", confidence=_CUT_OFF_FOR_SURE, reason=reason)
         if context.pending_question:
             question = read_question(context.pending_question, context, reader)
             settled, answered, _ = settle(sentence, frames.without_asides(text))

@@ -175,8 +175,7 @@ _GIVE_UP = re.compile(
 
 _WITH_A_REASON = re.compile(
     r"^never ?mind(?= i (?:do not|no longer|found|have)\b)|"
-    r"\bif you do not (?:stop|quit|halt|wait)(?: (?:it|that|now|right now|at once|this (?:second|instant|minute)))*"
-    r"(?= (?:, )?i (?:will|am)\b)"
+    r"\bif you do not (?:stop|quit|halt|wait)(?: \S+){0,3}?(?= (?:, )?i (?:will|am)\b)"
 )
 """Not at the end of a clause: "if you don't stop I'll pull the plug"."""
 
