@@ -12,7 +12,7 @@ from numpy.typing import NDArray
 from attune.robots.interface import Arm
 from attune.robots.mujoco.frames import Frame
 from attune.robots.mujoco.imagination import Imagination
-from attune.robots.mujoco.reaching import follow, straight
+from attune.robots.mujoco.reaching import follow, free_between, straight
 from attune.robots.mujoco.trees import connect, sparse_first
 
 Array = NDArray[np.float64]
@@ -43,12 +43,19 @@ def joint_path(
         line = np.linspace(a, b, count)
         return line if world.all_free(arm, line[sparse_first(count)]) else None
 
+    def is_exact(line: Array) -> bool:
+        return free_between(world, arm, line)
+
+    nearly: Array | None = None
     leaving, coming = _raised(world, arm, start), _raised(world, arm, goal)
     for out, back in sorted(product(leaving, coming), key=lambda pair: len(pair[0]) + len(pair[1])):
         shift = kinematics.unwrap(back[-1], out[-1]) - back[-1]
         middle = edge(out[-1], back[-1] + shift)
         if middle is not None:
-            return np.concatenate((out, middle[1:], (back + shift)[-2::-1]))
+            line = np.concatenate((out, middle[1:], (back + shift)[-2::-1]))
+            if is_exact(line):
+                return line
+            nearly = line if nearly is None else nearly
     goal = kinematics.unwrap(goal, start)
     low = np.where(kinematics.continuous, np.minimum(start, goal) - 1.0, kinematics.geometry.low)
     high = np.where(kinematics.continuous, np.maximum(start, goal) + 1.0, kinematics.geometry.high)
@@ -59,7 +66,11 @@ def joint_path(
         between = start + rng.random() * (goal - start)
         return cast("Array", np.clip(between + rng.normal(0.0, 0.5, 7), low, high))
 
-    return connect(edge, start, (goal,), sample, np.ones(7), 0.7, rng, _MANY_STEPS if thorough else _STEPS)
+    steps = _MANY_STEPS if thorough and nearly is None else _STEPS
+    found = connect(edge, start, (goal,), sample, np.ones(7), 0.7, rng, steps, is_exact=is_exact)
+    if found is None or (nearly is not None and not is_exact(found)):
+        return nearly
+    return found
 
 
 def _raised(world: Imagination, arm: Arm, q: Array) -> list[Array]:

@@ -33,6 +33,12 @@ _PITCHES = (0.0, 0.35, 0.7, 1.05, np.pi / 2)
 
 _FINE_PITCHES = tuple(np.linspace(-0.35, np.pi / 2, 12))
 """The same, many of them."""
+_ASKEW = (0.13, -0.13, 0.26, -0.26, 0.37, -0.37)
+"""Turns of a hand away from straight across what lies flat [rad]."""
+_STEEP = (np.pi / 2, 1.4, 1.22, 1.05, 0.87)
+"""How steeply a hand comes down on what lies flat [rad]."""
+_SLIDES = tuple(np.linspace(-0.85, 0.85, 11))
+"""Where along it, as shares of half its length."""
 _PALM_MIDDLE, _PALM_HALF = 0.105, (0.04, 0.024)
 """How far the palm's middle is behind the tool frame, and half its length and height [m]."""
 _PALM_ROOM = 0.006
@@ -74,7 +80,7 @@ def more_grasps(percept: Percept) -> tuple[Grasp, ...]:
     width, depth, height = percept.extent
     yaw = float(np.arctan2(frame.rotation[1, 0], frame.rotation[0, 0]))
     round_or_square = abs(width - depth) < 0.004
-    found = []
+    found = [*_more_flat(frame, width, depth)] if height < _FLAT else []
     for step in range(_YAWS):
         angle = 2 * np.pi * step / _YAWS
         across = abs(np.sin(angle)) * width + abs(np.cos(angle)) * depth
@@ -92,13 +98,36 @@ def more_grasps(percept: Percept) -> tuple[Grasp, ...]:
     return tuple(sorted((*found, *rims), key=lambda grasp: grasp.cost))
 
 
+def _more_flat(frame: Frame, width: float, depth: float) -> Iterator[Grasp]:
+    """Across what lies flat, anywhere along it, the pads just over what it lies on: also a little askew and slantwise.
+
+    Askew or from near one of its ends there is room for the fingers where a wall or another object is beside it.
+    """
+    long = frame.rotation[:, 0 if width >= depth else 1]
+    heading = float(np.arctan2(long[1], long[0]))
+    for turn in (0.0, *_ASKEW, *(np.pi + np.array((0.0, *_ASKEW)))):
+        if abs(np.sin(turn)) * max(width, depth) + abs(np.cos(turn)) * min(width, depth) > _WIDEST:
+            continue
+        for pitch in _STEEP:
+            z = _lowest(pitch)
+            for slide in _SLIDES:
+                position = frame.position + slide * max(width, depth) / 2 * long + np.array([0.0, 0.0, z])
+                cost = abs(slide) + abs(np.sin(turn)) + abs(pitch - np.pi / 2)
+                yield Grasp(_hand(position, heading + float(turn), pitch), float(cost))
+
+
+def _lowest(pitch: float) -> float:
+    """Of the tool frame over the surface, for the pads of a hand that comes down so steeply [rad] to be free [m]."""
+    return float(0.003 + pr2.PAD_LENGTH / 2 * np.sin(pitch) + pr2.PAD_HEIGHT / 2 * np.cos(pitch))
+
+
 def _deepest(along: float, height: float, pitch: float) -> Iterator[tuple[float, float]]:
     """Places of the tool frame in the upright plane of a hand (ahead of the object's middle, over its bottom [m]).
 
     The hand comes in from points all over the object, and goes back along its fingers until its palm is free.
     """
     ahead, up = np.array([np.cos(pitch), -np.sin(pitch)]), np.array([np.sin(pitch), np.cos(pitch)])
-    low = 0.003 + pr2.PAD_LENGTH / 2 * np.sin(pitch) + pr2.PAD_HEIGHT / 2 * np.cos(pitch)
+    low = _lowest(pitch)
     # The object's and the palm's rectangles are apart if they are along one of their sides.
     middle, half = np.array([0.0, height / 2]), np.array([along, height / 2])
     seen = set()

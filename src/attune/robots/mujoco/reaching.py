@@ -5,8 +5,10 @@ from collections.abc import Sequence
 import numpy as np
 from numpy.typing import NDArray
 
+from attune.robots.interface import Arm
 from attune.robots.mujoco import tracking
 from attune.robots.mujoco.frames import Frame
+from attune.robots.mujoco.imagination import Imagination
 from attune.robots.mujoco.kinematics import ArmKinematics
 
 Array = NDArray[np.float64]
@@ -15,6 +17,9 @@ STEP = 0.02
 """Between two poses of a straight motion of the hand [m]."""
 _TURN = 0.1
 """Largest change of a joint between two points of a path, so that collision checks of the points are enough [rad]."""
+
+_BETWEEN = 0.012
+"""Between two configurations of a finished path at which its way is looked at once more [rad]."""
 
 
 def stacked(torso: Frame, frames: Sequence[Frame]) -> tuple[Array, Array]:
@@ -72,6 +77,16 @@ def finer(path: Array, step: float) -> Array:
     counts = np.maximum(1.0, np.ceil(np.abs(np.diff(path, axis=0)).max(axis=1) / step))
     at = np.interp(np.arange(counts.sum() + 1), np.concatenate(([0.0], np.cumsum(counts))), np.arange(len(path)))
     return np.stack([np.interp(at, np.arange(len(path)), column) for column in path.T], axis=1)
+
+
+def free_between(world: Imagination, arm: Arm, path: Array) -> bool:
+    """Whether an arm can also move on straight lines between the points of a path, shape (n, 7), which are free.
+
+    Past a corner even short steps may cut it. The first point need not be free; then the first step is not looked at.
+    """
+    first = 0 if world.all_free(arm, path[:1]) else 1
+    rest = path[first:]
+    return len(rest) < 2 or world.all_free(arm, finer(rest, _BETWEEN))
 
 
 def comfort(kinematics: ArmKinematics, q: Array) -> Array:

@@ -1,6 +1,7 @@
 """Two trees that grow towards each other until an edge joins them: a search for a way, whatever its points are."""
 
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Iterator, Sequence
+from itertools import islice
 from typing import cast
 
 import numpy as np
@@ -13,6 +14,9 @@ Edge = Callable[[Array, Array, bool], Array | None]
 
 With True for the third argument it may end at another point that serves as well.
 """
+
+_LOOKS = 6
+"""Paths that are looked at closely, at most."""
 
 
 def sparse_first(count: int) -> NDArray[np.intp]:
@@ -31,6 +35,7 @@ def connect(
     rng: np.random.Generator,
     steps: int,
     ways_out: Callable[[Array], Sequence[Sequence[Array]]] = lambda node: (),
+    is_exact: Callable[[Array], bool] = lambda line: True,
 ) -> Array | None:
     """Join a point with one of several by free edges: straight, by ways out, or by trees that grow towards each other.
 
@@ -44,12 +49,33 @@ def connect(
         rng: For leaving out corners.
         steps: Of the tree search.
         ways_out: Points one after the other that lead from a point into the open.
+        is_exact: Looks closely at a whole path. If none withstands that, the first that was found is returned.
     """
-    edge = _remembering(edge)
+    nearly: Array | None = None
+    lines = _found(_remembering(edge), start, goals, sample, scale, reach, rng, steps, ways_out)
+    for line in islice(lines, _LOOKS):
+        if is_exact(line):
+            return line
+        nearly = line if nearly is None else nearly
+    return nearly
+
+
+def _found(
+    edge: Edge,
+    start: Array,
+    goals: Sequence[Array],
+    sample: Callable[[], Array],
+    scale: Array,
+    reach: float,
+    rng: np.random.Generator,
+    steps: int,
+    ways_out: Callable[[Array], Sequence[Sequence[Array]]],
+) -> Iterator[Array]:
+    """Paths as they are found; see `connect`."""
     for goal in goals:
         line = edge(start, goal, False)
         if line is not None:
-            return line
+            yield line
     nodes: list[list[Array]] = [[start], list(goals)]
     parents: list[list[int]] = [[-1], [-1] * len(goals)]
     for tree, root in ((0, 0), *((1, index) for index in range(len(goals)))):
@@ -65,7 +91,7 @@ def connect(
     pairs = [(i, j) for i in range(len(nodes[0])) for j in range(len(nodes[1])) if i or j >= len(goals)]
     for i, j in sorted(pairs, key=sum):
         if edge(nodes[0][i], nodes[1][j], False) is not None:
-            return _joined(edge, nodes, parents, (i, j), rng)
+            yield from _joined(edge, nodes, parents, (i, j), rng)
     for step in range(steps):
         near, far = step % 2, 1 - step % 2
         grown = _grow(edge, nodes[near], parents[near], sample(), scale, reach)
@@ -73,10 +99,8 @@ def connect(
             continue
         tip = nodes[near][grown]
         bridge = int(np.argmin(np.linalg.norm((np.stack(nodes[far]) - tip) * scale, axis=1)))
-        if edge(tip, nodes[far][bridge], False) is None:
-            continue
-        return _joined(edge, nodes, parents, (grown, bridge) if near == 0 else (bridge, grown), rng)
-    return None
+        if edge(tip, nodes[far][bridge], False) is not None:
+            yield from _joined(edge, nodes, parents, (grown, bridge) if near == 0 else (bridge, grown), rng)
 
 
 def _remembering(edge: Edge) -> Edge:
@@ -98,10 +122,12 @@ def _joined(
     parents: list[list[int]],
     meeting: tuple[int, int],
     rng: np.random.Generator,
-) -> Array | None:
-    """The whole path through the nodes of two trees that an edge joins."""
+) -> Iterator[Array]:
+    """The whole path through the nodes of two trees that an edge joins, if there is one."""
     there, back = (_chain(nodes[tree], parents[tree], meeting[tree]) for tree in (0, 1))
-    return _shortcut(edge, [*there[::-1], *back], rng)
+    line = _shortcut(edge, [*there[::-1], *back], rng)
+    if line is not None:
+        yield line
 
 
 def _grow(edge: Edge, nodes: list[Array], parents: list[int], target: Array, scale: Array, reach: float) -> int | None:

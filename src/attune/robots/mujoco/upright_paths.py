@@ -11,6 +11,7 @@ from numpy.typing import NDArray
 from attune.robots.interface import Arm
 from attune.robots.mujoco.imagination import Imagination
 from attune.robots.mujoco.kinematics import rotation
+from attune.robots.mujoco.reaching import free_between
 from attune.robots.mujoco.tracking import Tracks
 from attune.robots.mujoco.trees import connect, sparse_first
 
@@ -67,14 +68,18 @@ def upright_path(world: Imagination, arm: Arm, start: Array, goal: Array, rng: n
     def sample() -> Array:
         return np.concatenate((rng.uniform(low, high), np.zeros(7)))
 
+    def joints(line: Array) -> Array:
+        q = line[:, 4:].copy()
+        for i in range(1, len(q)):
+            q[i] = kinematics.unwrap(q[i], q[i - 1])
+        return q
+
+    def is_exact(line: Array) -> bool:
+        return free_between(world, arm, joints(line))
+
     scale = np.concatenate((1 / _STEPS, np.zeros(7)))
-    line = connect(space.edge, first, goals, sample, scale, _REACH, rng, _TREE, space.ways_out)
-    if line is None:
-        return None
-    q = line[:, 4:]
-    for i in range(1, len(q)):
-        q[i] = kinematics.unwrap(q[i], q[i - 1])
-    return q
+    line = connect(space.edge, first, goals, sample, scale, _REACH, rng, _TREE, space.ways_out, is_exact)
+    return None if line is None else joints(line)
 
 
 class _UprightHands:
