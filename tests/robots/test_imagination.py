@@ -4,13 +4,15 @@ import numpy as np
 import pytest
 
 from attune.core.scene import load_scene
-from attune.robots.interface import BasePose
+from attune.robots.interface import BasePose, Percept, Pose
+from attune.robots.mujoco import pr2
 from attune.robots.mujoco.carry import FOLDED, fold, folding_path, is_folded, is_out_of_the_way
 from attune.robots.mujoco.frames import Frame
+from attune.robots.mujoco.grasps import more_grasps
 from attune.robots.mujoco.imagination import Imagination
 from attune.robots.mujoco.kinematics import rotation
 from attune.robots.mujoco.kitchen import joint_name
-from attune.robots.mujoco.reaching import stacked
+from attune.robots.mujoco.reaching import free_between, stacked
 from attune.robots.mujoco.skeleton import through_things
 from attune.robots.mujoco.upright_paths import upright_path
 from attune.robots.mujoco.world import World
@@ -81,6 +83,28 @@ def test_a_carried_object_stays_upright_around_the_shoulder(world: World) -> Non
     dense = np.concatenate([np.linspace(a, b, 5) for a, b in itertools.pairwise(path)])
     _, orientation = imagined.kinematics["right"].forward(dense)
     assert orientation[:, 2, 2].min() > np.cos(np.radians(3.0))
+
+
+def test_what_is_in_the_way_between_two_points_of_a_path_is_seen(world: World) -> None:
+    imagined = in_the_open(world, carrying=True)
+    path = np.stack([level(imagined, AHEAD), level(imagined, AHEAD)])
+    path[:, 0] += (-0.3, 0.3)  # The cup swings around the shoulder, past where the mug is.
+    assert free_between(imagined, "right", path)
+    imagined.set_arm("right", path.mean(axis=0))
+    imagined.put("black_mug", imagined.carried_frame("right"))
+    assert imagined.all_free("right", path)
+    assert not free_between(imagined, "right", path)
+
+
+def test_what_lies_flat_may_be_grasped_far_from_its_middle_and_askew() -> None:
+    pose = Pose((1.0, 2.0, 0.9), (1.0, 0.0, 0.0, 0.0))
+    spoon = Percept("spoon", "spoon", "grey", "small", pose, (0.14, 0.03, 0.014), "counter")
+    tools = [grasp.tool for grasp in more_grasps(spoon)]
+    assert max(abs(tool.position[0] - 1.0) for tool in tools) > 0.05
+    # Turned from straight across, both pads still go around it, over what it lies on.
+    assert max(abs(tool.rotation[0, 1]) for tool in tools) > 0.2
+    assert all(abs(tool.rotation[0, 1]) * 0.14 + abs(tool.rotation[1, 1]) * 0.03 < pr2.GRIPPER_OPEN for tool in tools)
+    assert all(tool.position[2] - pr2.PAD_LENGTH / 2 * -tool.rotation[2, 0] > 0.9 for tool in tools)
 
 
 def test_what_is_sorted_out_at_once_could_not_be_free(world: World) -> None:
