@@ -53,6 +53,7 @@ _ORDERS = words("bring get fetch pass hand give put take grab leave find set lay
 _MODALS = words("can could would will")
 _ORDERS_TO_HAND = words("bring get fetch pass hand give put take grab")
 _AFTER_ORDER = words("me us the that those these this your my our it them a some him her")
+_POLITE = words("sir madam")
 _SEVERAL = re.compile(r" you (?:lot|guys|boys|girls|kids|lads|pair|little ones|T\d+(?= *(?:$|[,.])))")
 """Who is told to stop is no robot: "cut it out, you two"."""
 _NAMES_THAT_ARE_WORDS = words("will may mark grace hope rose sue pat bill art gene rob summer dawn joy people")
@@ -82,7 +83,7 @@ def is_for_someone_else(tokens: Sequence[Token], lexicon: Lexicon) -> bool:  # n
     at = 0
     while at < len(words) and (words[at] in _OPENERS or words[at] == ","):
         at += 1
-    if at < len(words) and words[at] in others - {"sir", "madam"}:
+    if at < len(words) and words[at] in others and words[at] not in _POLITE:
         rest = words[at + 1 :]
         if not rest or rest[0] in {",", ".", "?"} or words[at : at + 2] == ["guys"]:
             return True
@@ -100,7 +101,7 @@ def is_for_someone_else(tokens: Sequence[Token], lexicon: Lexicon) -> bool:  # n
     end = len(words)
     while end and words[end - 1] in {".", "?", "please", "thanks"}:
         end -= 1
-    if end < 3 or words[end - 2] not in {",", "you"} or words[end - 1] not in others - {"sir", "madam"}:
+    if end < 3 or words[end - 2] not in {",", "you"} or words[end - 1] not in others or words[end - 1] in _POLITE:
         return False
     # "Leave it be, sweetheart" may be for the robot, but not "you take the fork, sweetie".
     return words[0] == "you" or words[end - 1] not in lexicon.robot
@@ -162,7 +163,8 @@ def _calls_a_stranger(tokens: Sequence[Token], words: Sequence[str], at: int, le
     """Whether a request begins with a word or two that nobody says to the robot: "Mary Lou, pass ..."."""
 
     def is_stranger(word: str) -> bool:
-        return word.isalpha() and word not in _KNOWN_OPENERS | _OPENERS | lexicon.robot and not lexicon.knows(word)
+        known = word in _KNOWN_OPENERS or word in _OPENERS or word in lexicon.robot or lexicon.knows(word)
+        return word.isalpha() and not known
 
     comma = words.index(",", at, at + 3) if "," in words[at : at + 3] else 0
     called = words[at:comma] if comma > at else words[at : at + 1]

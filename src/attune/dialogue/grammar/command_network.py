@@ -110,9 +110,12 @@ class CommandNetwork:
 def _strongest(values: Vectors, width: int, weights: Vectors, bias: Vectors) -> Vectors:
     """The strongest response of each filter anywhere, none below 0."""
     beside = _MARGIN - width // 2
-    windows = np.lib.stride_tricks.sliding_window_view(values[beside : len(values) - beside], width, axis=0)
-    responses = windows.transpose(0, 2, 1).reshape(len(windows), -1) @ weights + bias
-    return np.asarray(np.maximum(responses.max(axis=0), 0), np.float32)
+    length = len(values) - 2 * _MARGIN
+    parts = weights.reshape(width, -1, weights.shape[1])
+    responses = values[beside : beside + length] @ parts[0]
+    for offset in range(1, width):
+        responses += values[beside + offset : beside + offset + length] @ parts[offset]
+    return np.asarray(np.maximum(responses.max(axis=0) + bias, 0), np.float32)
 
 
 @cache

@@ -45,6 +45,7 @@ _PREPOSITIONS: tuple[tuple[tuple[str, ...], Role], ...] = tuple(
         key=lambda pair: -len(pair[0]),
     )
 )
+_PREPOSITIONS_START = {preposition[0] for preposition, _ in _PREPOSITIONS}
 _PLACE_ADJECTIVES = words("top bottom upper lower middle left right kitchen dining other same wall corner")
 _NOT_ADJECTIVES = words(
     "i you he she it we they me us him them and or but not no is are was were be am do does did have has "
@@ -99,6 +100,7 @@ class PhraseReader:
     def __init__(self, lexicon: Lexicon, present: Collection[str] = ()) -> None:
         self._lexicon = lexicon
         self._present = present
+        self._starts = {phrase[0] for phrase in lexicon.phrases}
 
     def items(self, tokens: Sequence[Token]) -> list[Item]:
         """All items of an utterance, in order."""
@@ -119,6 +121,8 @@ class PhraseReader:
 
     def match(self, words: Sequence[str], at: int) -> tuple[Entry, int] | None:
         """The longest phrase of the lexicon at a position, and where it ends."""
+        if words[at] not in self._starts:
+            return None
         for length in range(min(self._lexicon.longest, len(words) - at), 0, -1):
             entry = self._lexicon.phrases.get(tuple(words[at : at + length]))
             if entry is not None:
@@ -128,12 +132,12 @@ class PhraseReader:
     def _spot(self, words: Sequence[str], start: int) -> tuple[Spot, int] | None:
         role: Role = ""
         at = start
-        for preposition, meaning in _PREPOSITIONS:
+        for preposition, meaning in _PREPOSITIONS if words[at] in _PREPOSITIONS_START else ():
             if tuple(words[at : at + len(preposition)]) == preposition:
                 role, at = meaning, at + len(preposition)
                 break
         definite = True
-        if at < len(words) and words[at] in _DEFINITE | {"a", "an"}:
+        if at < len(words) and (words[at] in _DEFINITE or words[at] in {"a", "an"}):
             definite = words[at] not in {"a", "an"}
             at += 1
         while at < len(words):
