@@ -121,7 +121,7 @@ class PhraseReader:
 
     def match(self, words: Sequence[str], at: int) -> tuple[Entry, int] | None:
         """The longest phrase of the lexicon at a position, and where it ends."""
-        if words[at] not in self._starts:
+        if at >= len(words) or words[at] not in self._starts:
             return None
         for length in range(min(self._lexicon.longest, len(words) - at), 0, -1):
             entry = self._lexicon.phrases.get(tuple(words[at : at + length]))
@@ -132,7 +132,8 @@ class PhraseReader:
     def _spot(self, words: Sequence[str], start: int) -> tuple[Spot, int] | None:
         role: Role = ""
         at = start
-        for preposition, meaning in _PREPOSITIONS if words[at] in _PREPOSITIONS_START else ():
+        opens = at < len(words) and words[at] in _PREPOSITIONS_START
+        for preposition, meaning in _PREPOSITIONS if opens else ():
             if tuple(words[at : at + len(preposition)]) == preposition:
                 role, at = meaning, at + len(preposition)
                 break
