@@ -5,6 +5,7 @@ from dataclasses import replace
 
 from attune.core.messages import ObjectSpec
 from attune.dialogue.context import Context
+from attune.dialogue.grammar.agreement import agreed_with_addition
 from attune.dialogue.grammar.clauses import Sentence
 from attune.dialogue.grammar.items import Thing
 from attune.dialogue.grammar.questions import Question
@@ -71,11 +72,14 @@ def read_answer(text: str, sentence: Sentence, question: Question, context: Cont
     """
     text = text.strip(" .,?")
     if len(question.options) == 1 and _BRING_IT.fullmatch(text):
-        return _chosen(question.options)
+        return agreed_to_the_only(question, context)
     if len(question.options) == 1 and _refuses(text, sentence, question.options[0]):
         return Interpretation(intent="deny", confidence=0.9, reason="does not want what was offered")
     if _REQUEST.search(text) or _ASKS.match(text):
         return None
+    more = agreed_with_addition(text, sentence, question, lambda part: read_answer(part, sentence, question, context))
+    if more is not None:
+        return more
     if question.kind == "place":
         return _place_answer(text, sentence, question, context)
     there = _BUT_THERE.match(text)
@@ -91,7 +95,7 @@ def read_answer(text: str, sentence: Sentence, question: Question, context: Cont
     options = question.options
     if not options:
         return None
-    both = re.fullmatch(r"T(\d+)(?: please| thanks| ,)*", text)
+    both = re.match(r"T(\d+)(?: please| thanks)*(?:$| , (?!.*(?:\b[TP]\d|\b(?:not|no|but)\b)))", text)
     if (
         both
         and len(options) > 1
@@ -149,6 +153,10 @@ def _refuses(text: str, sentence: Sentence, offered: ObjectSpec) -> bool:
     refused = [match[1] or match[2] for match in _REFUSED.finditer(text)]
     things = [sentence.things[int(number)] for number in refused]
     return any(not thing.definite and is_described_by(thing.spec, offered) for thing in things)
+
+
+def _is_only_named_again(thing: Thing, offered: ObjectSpec) -> bool:
+    return thing.definite and thing.spec.type == offered.type and is_described_by(thing.spec, offered)
 
 
 def _names_something_else(text: str, sentence: Sentence, options: tuple[ObjectSpec, ...]) -> bool:
@@ -219,7 +227,11 @@ def _place_answer(text: str, sentence: Sentence, question: Question, context: Co
     places = [spot.place for number, spot in enumerate(sentence.spots) if f"P{number}" in text.split()]
     if len(places) == 1 and not any(f"T{number}" in text.split() for number in range(len(sentence.things))):
         return _placed(question, context, places[0], "names the place asked for")
-    if places or sentence.things:
+    named = [thing for number, thing in enumerate(sentence.things) if f"T{number}" in text.split()]
+    if not places and named and len(question.options) == len(question.places) == 1 and _LEADING_YES.match(text):
+        if all(_is_only_named_again(thing, question.options[0]) for thing in named) and not _DENIES.search(text):
+            return _placed(question, context, question.places[0], "agrees to the place")
+    if places or named:
         return None
     if NO.match(text):
         return Interpretation(intent="deny", confidence=0.9, reason="says no to the question")
@@ -229,6 +241,13 @@ def _place_answer(text: str, sentence: Sentence, question: Question, context: Co
     if ordinal and len(question.places) > 1:
         return _placed(question, context, question.places[_ORDINALS[ordinal["n"]]], "chooses a place")
     return None
+
+
+def agreed_to_the_only(question: Question, context: Context) -> Interpretation:
+    """The only thing that was offered, with the place that was asked about."""
+    if question.kind == "place" and len(question.places) == 1:
+        return _placed(question, context, question.places[0], "agrees to the place")
+    return _chosen(question.options)
 
 
 def _agreed(question: Question) -> Interpretation:

@@ -9,7 +9,7 @@ from attune.core.messages import ObjectSpec
 from attune.dialogue.context import Context
 from attune.dialogue.grammar import frames
 from attune.dialogue.grammar.addressee import is_for_someone_else, is_told_to_another, who_is_called
-from attune.dialogue.grammar.answers import read_answer
+from attune.dialogue.grammar.answers import agreed_to_the_only, read_answer
 from attune.dialogue.grammar.breakfast import wants_breakfast
 from attune.dialogue.grammar.clauses import ClauseCutter, Sentence, skeleton
 from attune.dialogue.grammar.command_judge import CommandJudge
@@ -202,6 +202,8 @@ class GrammarInterpreter:
         result = elsewhere(wanted, text, lexicon) or decide(wanted, text, context, said)
         if result is not None:
             return answering(result, question.options, context) if context.pending_question else result
+        if context.pending_question and len(question.options) == 1 and wanted.pronoun and wanted.asked:
+            return agreed_to_the_only(question, context)  # "you may bring it"
         meant = just_spoken_of(wanted, context, said)
         return meant or self._no_request(plain, text, wanted, pointed_at(text, sentence, context, said))
 
