@@ -10,7 +10,7 @@ from attune.dialogue.grammar.questions import Question
 from attune.dialogue.interpreter import Interpretation
 
 _ADDED = re.compile(
-    r"(?:(?:,|\.|please|do|yes|so) )*\b(?:and|plus|with|also|as well as)\b"
+    r"\b(?:and|plus|with|also|as well as)\b"
     r"(?P<rest>(?: (?!T\d|P\d|not\b|no\b|on\b|in\b|is\b|are\b|was\b)[\w']+){0,4}? (?P<things>T\d+(?:(?: ,)? (?:and|plus|,) T\d+)*)"
     r"(?! P\d| (?:is|are|was|has|instead|on|in)\b).*)$"
 )

@@ -24,6 +24,7 @@ from attune.dialogue.grammar.decision import (
     left_out,
     pointed_at,
 )
+from attune.dialogue.grammar.destinations import with_roles
 from attune.dialogue.grammar.moves import moved
 from attune.dialogue.grammar.phrases import PhraseReader
 from attune.dialogue.grammar.questions import read_question
@@ -192,6 +193,7 @@ class GrammarInterpreter:
         if noted is not None:
             return noted
         settled, plainly, _ = settle(sentence, frames.without_asides(text))
+        settled, plainly = with_roles(settled, plainly)
         clauses = self._cutter.cut(plainly)
         where = moved(plainly, clauses, settled, context)
         if where is not None:

@@ -1,0 +1,108 @@
+"""Which of the places that are named are where things shall go, and which are where they are."""
+
+import re
+from collections.abc import Sequence
+from dataclasses import replace
+
+from attune.dialogue.grammar.clauses import Sentence
+from attune.dialogue.grammar.items import Spot, Thing
+
+_IT = r"(?:it|that|this|them|they|these|those)"
+_OBJECT = rf"(?:T\d+|{_IT})(?:(?: and| , and| ,) T\d+)*"
+_WAY = r"(?: (?:back|away|down|up|over|out|straight|carefully|right|gently|neatly|please|safely|just))*"
+_PUT = (
+    r"(?:put|place|set|stand|leave|lay|pop|stick|drop|stack|stow|shove|sit|slide|tidy|store|stash|chuck|tuck|park|"
+    r"plonk|slip|sling|lob|bung|whack|load|file|return|pile|line up|shift|tidy away|put away|bang|dump|toss|deposit)"
+)
+_GOES = (
+    r"(?:goes|go|belongs?|lives?|(?:wants?|needs?) (?:putting|to go|to be put|to be|tidying|stacking|returning)|"
+    r"(?:should|must|can|could|may|might|will|has to|have to|is to|ought to) "
+    r"(?:go|be put|be placed|be stored|live|be returned))"
+)
+_PUT_THERE = re.compile(rf"\b{_PUT} {_OBJECT}{_WAY} P(\d+)\b")
+_GOES_THERE = re.compile(rf"\b(?:T\d+|{_IT}){_WAY} {_GOES}{_WAY} P(\d+)\b")
+_WITH_IT = re.compile(rf"\bP(\d+) with {_OBJECT}(?= |$)")
+_SEE_TO_IT = re.compile(rf"\b(?:see(?: to it)? that|make sure(?: that)?) {_OBJECT} (?:is|are|gets?) (?:\w+ )??P(\d+)\b")
+_INTO_IT = re.compile(
+    rf"\bP(\d+) (?!T|P).*?\b(?:{_PUT}|add|get) T\d+{_WAY} (?:(?:in|into|onto|on)(?: it| there)?|to it)(?= *(?:[.,?]|$|please))"
+)
+_WISHED = re.compile(
+    r"(?:\b(?:want|need|like|love|have|with)(?: to (?:have|see))?) (?:T\d+(?: and| ,) )*T(\d+) (?:out )?P(\d+)\b"
+)
+_ASKED_FOR = re.compile(r"\b(?:i|we) (?:\w+ )?(?:want|need|like|love)\b")
+_NAMED = re.compile(r"^(?:(?:and|so|now|then|oh|okay|right|please|,|\.) )*T\d+(?:(?: and| ,) T\d+)*(?: as well| too)?(?: ,)?{0} P(\d+)(?= (?:[.,]|please|when)|$)".replace("{0}", _WAY))
+_NAMED_AFTER = re.compile(r"^(?:(?:and|so|now|then|okay|right|please|back|,|\.) )*P(\d+) please , T\d+\b")
+_ON_ITS_OWN = re.compile(r"(?:,|\band) P(\d+)(?: please)?[ .]*$")
+
+_FETCHED = re.compile(r"\b(?:bring|fetch|get|hand|pass|give|grab|take|have)\b")
+_TO_LOOK = (
+    r"(?:go|nip|pop|dash|head|steer(?: yourself)?|proceed|run|walk|trundle|wander|whizz|roll|hop|march|"
+    r"(?:a )?(?:rummage|look|peek|pit stop|dig|search|stop)|rummage|look|check|search|dig)"
+)
+_LOOKED_IN = re.compile(rf"\b{_TO_LOOK}(?: (?:over|up|down|across|along|back|straight|deep))* P(\d+)(?: (?:for|and)|(?: ,)?) (?:(?!P\d)\S+ ){{0,4}}?T\d+")
+_OUT_OF_REACH = re.compile(r"\b(?:can not|could not|will not|not able to) (?:\w+ ){0,4}?P(\d+)\b.*\bT\d+(?: \w+)? from (?:it|there)\b")
+_FROM_IT = re.compile(r"\bP(\d+)\b.*\bT\d+(?: \w+){0,2}? (?:from|out of|off) (?:it|there)\b")
+_OUT_OF = re.compile(r"\b(?:from|out of|of)(?: (?:the|a|an|my|our))?(?: (?!T\d|P\d)\w+)?$")
+_THERE_IS = re.compile(r"\bP(\d+) (?:there|you) (?:is|are|should be|will find|will see) T\d+")
+_IT_IS = re.compile(
+    r"\b(?:it|they) (?:is|are|should be|must be|will be|might be|sits?|stands?|lives?)"
+    r"(?: (?:standing|sitting|lying|still|probably|just|over|up|out|now))* P(\d+)\b|\b(?:i|you|we) (?:have )?(?:left|put|saw|keep|kept) (?:it|them) P(\d+)\b"
+)
+_PASSING = re.compile(
+    r"\b(?:while|since|as|if|when) you are (?:going |passing |driving )?(?:past |by |near )?P(\d+)\b|\bgoing past P(\d+)\b"
+)
+_SURFACES = frozenset({"table", "countertop"})
+
+
+def where_it_goes(text: str, things: Sequence[Thing], spots: Sequence[Spot]) -> set[int]:
+    """The numbers of the places where something shall be put, whatever the preposition.
+
+    Args:
+        text: The skeleton.
+        things: What it names.
+        spots: The places it names.
+    """
+    found = {
+        int(match[1])
+        for pattern in (_PUT_THERE, _GOES_THERE, _WITH_IT, _SEE_TO_IT, _INTO_IT)
+        for match in pattern.finditer(text)
+    }
+    found |= {
+        int(match[2])
+        for match in _WISHED.finditer(text)
+        if spots[int(match[2])].place in _SURFACES and not _is_the_one(things[int(match[1])])
+    }
+    if not _FETCHED.search(text) and not _ASKED_FOR.search(text):
+        named = (pattern.search(text) for pattern in (_NAMED, _NAMED_AFTER))
+        found |= {int(match[1]) for match in named if match and spots[int(match[1])].role == "at"}
+    return {number for number in found if spots[number].role != "from"}
+
+
+def _is_the_one(thing: Thing) -> bool:
+    """Whether a place tells which one is meant: "the one on the table"."""
+    return thing.head == "one" and not (thing.spec.color or thing.spec.size)
+
+
+def where_it_is(text: str, spots: Sequence[Spot]) -> set[int]:
+    """The numbers of the places where something is to be fetched, though no "from" says so."""
+    found = {
+        int(match[1]) for pattern in (_LOOKED_IN, _OUT_OF_REACH, _FROM_IT) for match in pattern.finditer(text)
+    }
+    if _FETCHED.search(text) or re.search(r"\b(?:want|need|please)\b", text):
+        for pattern in (_THERE_IS, _IT_IS):
+            found |= {int(match[1] or match[match.lastindex or 1]) for match in pattern.finditer(text)}
+    for match in re.finditer(r"\bP(\d+)\b", text):
+        if spots[int(match[1])].role == "" and _OUT_OF.search(text[: match.start()].rstrip()):
+            found.add(int(match[1]))
+    return found
+
+
+def with_roles(sentence: Sentence, text: str) -> tuple[Sentence, str]:
+    """The sentence with the part that each of its places plays, and the text without places that play none."""
+    spots = list(sentence.spots)
+    goes = where_it_goes(text, sentence.things, spots)
+    for number in where_it_is(text, spots) - goes:
+        spots[number] = replace(spots[number], role="from")
+    for number in goes:
+        spots[number] = replace(spots[number], role="to")
+    return replace(sentence, spots=tuple(spots)), _PASSING.sub(" ", text)
