@@ -11,7 +11,8 @@ from attune.dialogue.interpreter import Interpretation
 
 _ADDED = re.compile(
     r"\b(?:and|plus|with|also|as well as)\b"
-    r"(?P<rest>(?: (?!T\d|P\d|not\b|no\b|on\b|in\b|is\b|are\b|was\b)[\w']+){0,4}? (?P<things>T\d+(?:(?: ,)? (?:and|plus|,) T\d+)*)"
+    r"(?P<rest>(?: (?!T\d|P\d|not\b|no\b|on\b|in\b|is\b|are\b|was\b)[\w']+){0,4}? "
+    r"(?P<things>T\d+(?:(?: ,)? (?:and|plus|,) T\d+)*)"
     r"(?! P\d| (?:is|are|was|has|instead|on|in)\b).*)$"
 )
 _AGREES = re.compile(

@@ -223,14 +223,17 @@ def _placed(question: Question, context: Context, place: str, reason: str) -> In
     return replace(_chosen(options, place), reason=reason)
 
 
-def _place_answer(text: str, sentence: Sentence, question: Question, context: Context) -> Interpretation | None:
+def _place_answer(  # noqa: PLR0911 - one rule per return
+    text: str, sentence: Sentence, question: Question, context: Context
+) -> Interpretation | None:
     places = [spot.place for number, spot in enumerate(sentence.spots) if f"P{number}" in text.split()]
     if len(places) == 1 and not any(f"T{number}" in text.split() for number in range(len(sentence.things))):
         return _placed(question, context, places[0], "names the place asked for")
     named = [thing for number, thing in enumerate(sentence.things) if f"T{number}" in text.split()]
-    if not places and named and len(question.options) == len(question.places) == 1 and _LEADING_YES.match(text):
-        if all(_is_only_named_again(thing, question.options[0]) for thing in named) and not _DENIES.search(text):
-            return _placed(question, context, question.places[0], "agrees to the place")
+    agrees = _LEADING_YES.match(text) and not _DENIES.search(text)
+    if agrees and not places and named and len(question.options) == len(question.places) == 1:
+        again = all(_is_only_named_again(thing, question.options[0]) for thing in named)
+        return _placed(question, context, question.places[0], "agrees to the place") if again else None
     if places or named:
         return None
     if NO.match(text):

@@ -72,12 +72,18 @@ PLEASE = re.compile(
 )
 SOMEBODY = re.compile(r"(?:he|she|they|it|my|our|his|her|their|the|somebody|someone|people) ")
 LOCATED = re.compile(r"T(\d+)(?: (?:is|are|should be|must be|might be|stands?|sits?|lies|can be found|'s|will be|"
-                      r"somewhere|kept|still|"
+                      r"somewhere|kept|still|out|up|standing|sitting|lying|adrift|"
                       r"i think|left|over|there|right|just|now|probably|which|that|in there|inside|"
                       r",))*$")  # fmt: skip
 PRONOUN_OBJECT = re.compile(
     rf"^(?:(?:me|us|over|back|down|,|please|just|then) )*(?:{frames.PRONOUN}\b|some(?= *(?:[.,?]|$| please| too)))"
 )
+SEVERAL = re.compile(
+    r"^(?:(?:me|us|over|back|down|,|please|just|then) )*"
+    r"(?:them|those|these|both|all|everything|the lot|it(?= *(?:[.,]|$)))\b"
+)
+LISTED = re.compile(r"\bT\d+(?: for (?:the |my )?(?!T\d)\w+)?(?:(?: ,)?(?: and| plus)? T\d+)+")
+"""Things named together, which "them" means afterwards: "a plate, a fork, bring them"."""
 OTHER_PLACE = re.compile(r"(?: ,)?(?: and)? (?:rather than|instead of|not) P\d+")
 SUBJECT = re.compile(r" (?:is|'s|has|was|will|would)\b")
 SHOWN = re.compile(

@@ -25,6 +25,7 @@ from attune.dialogue.grammar.decision import (
     pointed_at,
 )
 from attune.dialogue.grammar.destinations import with_roles
+from attune.dialogue.grammar.mentions import without_mentions
 from attune.dialogue.grammar.moves import moved
 from attune.dialogue.grammar.phrases import PhraseReader
 from attune.dialogue.grammar.questions import read_question
@@ -193,7 +194,7 @@ class GrammarInterpreter:
         if noted is not None:
             return noted
         settled, plainly, _ = settle(sentence, frames.without_asides(text))
-        settled, plainly = with_roles(settled, plainly)
+        settled, plainly = with_roles(settled, without_mentions(plainly, settled, context))
         clauses = self._cutter.cut(plainly)
         where = moved(plainly, clauses, settled, context)
         if where is not None:

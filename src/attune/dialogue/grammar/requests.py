@@ -1,7 +1,7 @@
 """From clauses to what is wanted: which objects to bring, which to drop, and where to put them."""
 
 import re
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import replace
 
 from attune.core.messages import ObjectSpec
@@ -31,6 +31,7 @@ class RequestReader:
         self._place_mentioned = ""
         self._nouns: list[ObjectSpec] = []
         self._given_back: list[ObjectSpec] = []
+        self._listed: list[ObjectSpec] = []
 
     def read(self, clauses: Sequence[Clause]) -> Wanted:
         """All clauses together."""
@@ -117,6 +118,10 @@ class RequestReader:
             if self._things[int(old[1:])].head != "noun" and self._things[int(new[1:])].head == "noun":
                 self._nouns.append(self._things[int(new[1:])].spec)
             self._remove(int(old[1:]))
+        elif wanted.topics and wanted.topics[-1].type != (
+            self._things[int(new[1:])].spec.type or wanted.topics[-1].type
+        ):
+            wanted.remove.append(wanted.topics[-1])  # "this cup is filthy, swap it for a mug"
         self._negative.discard(int(new[1:]))
         self._add(int(new[1:]), clause)
         self._places(f"{new}{clause.body[pair.end() :]}", "put", clause)
@@ -135,7 +140,7 @@ class RequestReader:
         self._nouns.append(self._things[old].spec)
         return self._add(new, Clause("swap", "swap", True, "", text, 0))
 
-    def _statement(self, clause: Clause) -> None:
+    def _statement(self, clause: Clause) -> None:  # noqa: PLR0912 - one rule per branch
         """Something said about things: it only tells what pointing words may mean, and where to look."""
         text = clause.text
         specs: dict[int, ObjectSpec] = {}
@@ -149,6 +154,8 @@ class RequestReader:
                 if before and int(before[1]) in specs:
                     number_of = int(before[1])
                     specs[number_of] = replace(specs[number_of], location=self._spots[number].place)
+                elif self._spots[number].role == "from" and specs:
+                    specs[max(specs)] = replace(specs[max(specs)], location=self._spots[number].place)
             if match[1] == "P":
                 self._place_mentioned = self._spots[number].place
             if match[1] == "P" and travel:
@@ -167,7 +174,14 @@ class RequestReader:
             self._wanted.add = [replace(spec, location=spec.location or place) for spec in self._wanted.add]
         self._shown(text)
         self._wanted.topics += specs.values()
+        self._keep_list(text, specs)
         self._nouns += specs.values()
+
+    def _keep_list(self, text: str, specs: Mapping[int, ObjectSpec]) -> None:
+        """Note what is named together: "them" means it afterwards."""
+        for match in cues.LISTED.finditer(text):
+            numbers = [int(number) for number in re.findall(r"T(\d+)", match[0])]
+            self._listed = [specs[number] for number in numbers if number in specs]
 
     def _shown(self, text: str) -> None:
         """Note what a person points out as wrong: "that is salt, I need sugar"."""
@@ -225,9 +239,9 @@ class RequestReader:
             return
         if self._wanted.add:
             return  # "get a cup and put it on the table"
-        if self._wanted.topics:
-            self._wanted.add.append(self._wanted.topics[-1])
-            self._wanted.definite.append(True)
+        topics = self._listed if self._listed and cues.SEVERAL.match(body) else self._wanted.topics[-1:]
+        self._wanted.add += topics
+        self._wanted.definite += [True] * len(topics)
 
     def _places(self, body: str, kind: str, clause: Clause) -> None:
         wanted = self._wanted

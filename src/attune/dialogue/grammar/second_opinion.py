@@ -12,8 +12,9 @@ from attune.dialogue.grammar.clauses import ClauseCutter, Sentence
 from attune.dialogue.grammar.command_judge import CommandJudge, load_command_judge
 from attune.dialogue.grammar.command_model import COMMANDS
 from attune.dialogue.grammar.corrections import settle
-from attune.dialogue.grammar.moves import NAMED
 from attune.dialogue.grammar.destinations import with_roles
+from attune.dialogue.grammar.mentions import without_mentions
+from attune.dialogue.grammar.moves import NAMED
 from attune.dialogue.grammar.second_reading import SecondReading
 from attune.dialogue.grammar.stopping import is_no_stop, without_denied_stops
 from attune.dialogue.interpreter import CommandIntent, Interpretation
@@ -133,7 +134,7 @@ class SecondOpinion:
             return meaning
         text = without_denied_stops(sentence.skeleton)[0]
         settled, text, _ = settle(sentence, frames.without_asides(text))
-        settled, text = with_roles(settled, text)
+        settled, text = with_roles(settled, without_mentions(text, settled, context))
         reading = SecondReading(text, settled, context, lexicon, said)
         return reading.read_as(command, self._cutter, judged[command]) or meaning
 
@@ -204,7 +205,7 @@ class SecondOpinion:
         if command not in INSTRUCTIONS or judged[command] < _SURE:
             return None
         settled, text, _ = settle(sentence, frames.without_asides(after))
-        settled, text = with_roles(settled, text)
+        settled, text = with_roles(settled, without_mentions(text, settled, context))
         return SecondReading(text, settled, context, lexicon, said).read_as(command, self._cutter, judged[command])
 
 

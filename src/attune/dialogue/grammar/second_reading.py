@@ -20,6 +20,7 @@ _USED_FOR = re.compile(
     r"\b(?:to (?:eat|drink|cut|spread|put|pour|stir|butter|slice|have|go) (?:\w+ )??|"
     r"for (?:my |the |our )?|with my )T\d+"
 )
+_DENIED = re.compile(r"\b(?:not|no|never)\b[^,.]*$")
 _PUT_THERE = re.compile(r"(?:,|\b(?:go|put|place|set|leave|be|have|it|them|stand|sit))$")
 _PLACE_OF_ITS_OWN = re.compile(r"(?<!T\d )(?<!T\d\d )\bP(\d+)\b")
 
@@ -85,7 +86,13 @@ class SecondReading:
         ]
         if not places:
             return None
-        return Interpretation(intent="change_location", destination=places[-1], confidence=confidence, reason=_REASON)
+        told = [
+            spots[int(match[1])].place
+            for match in re.finditer(r"\bP(\d+)\b", self._text)
+            if spots[int(match[1])].role == "to" and not _DENIED.search(self._text[: match.start()])
+        ]
+        place = next((place for place in told if place in places), places[-1])
+        return Interpretation(intent="change_location", destination=place, confidence=confidence, reason=_REASON)
 
     def _brought_already(self, unwanted: set[int]) -> set[int]:
         """Of several things, those that the robot is about: "you brought me a mug, and what I wanted is a bowl"."""
@@ -117,7 +124,7 @@ class SecondReading:
         things = [self._sentence.things[number] for number in sorted(unwanted)]
         named = tuple(thing.spec for thing in things if thing.head == "noun")
         old = object_spoken_of(self._context, wanted.add[0], self._said)
-        return tuple(spec for spec in named or ((old,) if old else ()) if spec not in wanted.add)
+        return tuple(dict.fromkeys(spec for spec in named or ((old,) if old else ()) if spec not in wanted.add))
 
     def _asked_for(self, unwanted: set[int]) -> Wanted:
         """All other things of the skeleton, as if they had been asked for in plain words."""
