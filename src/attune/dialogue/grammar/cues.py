@@ -84,6 +84,12 @@ SEVERAL = re.compile(
 )
 LISTED = re.compile(r"\bT\d+(?: for (?:the |my )?(?!T\d)\w+)?(?:(?: ,)?(?: and| plus)? T\d+)+")
 """Things named together, which "them" means afterwards: "a plate, a fork, bring them"."""
+COMMENTED = re.compile(
+    r"^(?:(?!no\b|not\b|sorry\b|actually\b|i mean\b)[^.?])*?(?:, |because |cause |since |instead , |rather , )"
+    r"(?:there (?:is|are)|(?:the|my|our|his|her|\w+ 's|somebody|someone|somebody 's|\w+) (?!mean\b|meant\b|said\b)"
+    r"(?:'s|is|are|has|have|\w+ed|\w+ \w+ed|\w+ (?:'s|is|are|has|have))\b)"
+)
+"""A remark about another place, after the one where something shall go."""
 OTHER_PLACE = re.compile(r"(?: ,)?(?: and)? (?:rather than|instead of|not) P\d+")
 SUBJECT = re.compile(r" (?:is|'s|has|was|will|would)\b")
 SHOWN = re.compile(

@@ -58,6 +58,9 @@ _PASSING = re.compile(
     r"\b(?:while|since|as|if|when) you are (?:going |passing |driving )?(?:past |by |near )?P(\d+)\b|"
     r"\bgoing past P(\d+)\b"
 )
+_AND_ITS_PLACE = re.compile(
+    r"^(?:(?!T\d|P\d|put\b)\S+ ){0,4}?T(\d+)(?: please)?(?: [,.])? P(\d+)(?= (?:[,.]|by\b)|$)(?!.*\bbefore\b)"
+)
 _SURFACES = frozenset({"table", "countertop"})
 
 
@@ -104,11 +107,21 @@ def where_it_is(text: str, spots: Sequence[Spot]) -> set[int]:
     return found
 
 
+def _is_named_as_its_place(text: str, sentence: Sentence) -> set[int]:
+    """The place in "spoon please, drawer by the sink": who wants something put away speaks of a certain thing."""
+    named = _AND_ITS_PLACE.search(text)
+    if named is None:
+        return set()
+    thing, spot = sentence.things[int(named[1])], sentence.spots[int(named[2])]
+    inside = spot.role == "" and spot.place in {"fridge", "drawer", "cabinet", "shelf"}
+    return {int(named[2])} if inside and not thing.definite and thing.head == "noun" else set()
+
+
 def with_roles(sentence: Sentence, text: str) -> tuple[Sentence, str]:
     """The sentence with the part that each of its places plays, and the text without places that play none."""
     spots = list(sentence.spots)
     goes = where_it_goes(text, sentence)
-    for number in where_it_is(text, spots) - goes:
+    for number in (where_it_is(text, spots) | _is_named_as_its_place(text, sentence)) - goes:
         spots[number] = replace(spots[number], role="from")
     for number in goes:
         spots[number] = replace(spots[number], role="to")

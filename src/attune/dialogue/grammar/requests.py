@@ -243,11 +243,11 @@ class RequestReader:
         self._wanted.add += topics
         self._wanted.definite += [True] * len(topics)
 
-    def _places(self, body: str, kind: str, clause: Clause) -> None:
+    def _places(self, body: str, kind: str, clause: Clause) -> None:  # noqa: PLR0912 - one rule per branch
         wanted = self._wanted
         numbers = [int(n) for n in re.findall(r"\bT(\d+)", body) if int(n) not in self._negative]
         first = len(wanted.add) - sum(self._things[n].count for n in numbers if not self._things[n].unknown)
-        seen = 0
+        seen = told = 0
         for match in re.finditer(r"\b([TP])(\d+)\b", body):
             number = int(match[2])
             if match[1] == "T":
@@ -264,6 +264,8 @@ class RequestReader:
                 and body.count(" P") + body.startswith("P") > 1
             ):
                 continue  # "to the counter, the table is full"
+            if told and cues.COMMENTED.search(body[told : match.start()]):
+                continue  # "on the shelf, the cat is on the table"
             if cues.NEGATIVE_SPOT.search(body[: match.start()].rstrip()):
                 wanted.moves = wanted.moves or bool(wanted.destination) or not numbers
                 continue
@@ -274,6 +276,7 @@ class RequestReader:
             elif self._is_destination(spot, kind, body[: match.start()], numbers, seen):
                 wanted.destination = spot.place
                 wanted.moves = wanted.moves or not numbers
+                told = match.end() if spot.role == "to" else told
             elif not numbers and wanted.add and spot.role == "from" and (wanted.pronoun or kind == "plain"):
                 wanted.locate(len(wanted.add) - 1, len(wanted.add), spot.place, "")  # "a fork; take it from the drawer"
             elif seen and wanted.add:
