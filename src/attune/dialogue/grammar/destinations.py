@@ -119,6 +119,8 @@ def _is_named_as_its_place(text: str, sentence: Sentence) -> set[int]:
 
 def with_roles(sentence: Sentence, text: str) -> tuple[Sentence, str]:
     """The sentence with the part that each of its places plays, and the text without places that play none."""
+    if not sentence.spots:
+        return sentence, text
     spots = list(sentence.spots)
     goes = where_it_goes(text, sentence)
     for number in (where_it_is(text, spots) | _is_named_as_its_place(text, sentence)) - goes:

@@ -18,10 +18,13 @@ _BUSY_WITH = re.compile(
     r"(?<=,) (?:he|she|they) (?:is|are) \w+ing (?:\w+ ){0,5}?with (T\d+)"
 )
 _PEOPLE = re.compile(r"\b(T\d+) (?:of (?:us|you|them)|people|guests)\b|(?<!wish )\bfor (T\d+)(?= *(?:[.,]|so\b|$))")
+_TWO = 2
 
 
 def without_mentions(text: str, sentence: Sentence, context: Context) -> str:
     """The skeleton without things that are thanked for, there already, or count people, if another one remains."""
+    if text.count("T") < _TWO:
+        return text
     for pattern in (_THANKED, _THERE, _BUSY_WITH, _PEOPLE):
         for match in pattern.finditer(text):
             name = next(group for group in match.groups() if group)
