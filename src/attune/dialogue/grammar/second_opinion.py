@@ -53,6 +53,8 @@ _LIMITS = {
 _STOPS = Limits(1.5, 1.5)
 """A stop is no question: it is one or not."""
 _ANSWERS = Limits(2.0, 3.0)
+_CANCELLED_FOR_NOTHING = 1.5
+"""From here on who says "not that knife" only talks, where leaving the knife out would be the end of the task."""
 _CALLED, _FRAMED, _POINTS, _NAMED = 1.5, 0.8, 0.5, 1.5
 """So much later is doubted who calls the robot, who asks "could you ...", who points at what the robot is about, who
 names it and says where it shall go."""
@@ -76,8 +78,13 @@ _SHORT = 4
 """An answer of so few words is never doubted, and such a stop seldom."""
 _EXPLAINS = re.compile(r"\b(?:i|we) have (?:already )?(?:found|got) T\d+$")
 _YOU_STOP = re.compile(
-    r"^(?:(?:please|hey|,) )*(?:can|could|would|will) you (?:please )?(?:stop|wait|pause|hold on|halt)\b|"
-    r"(?<!when )(?<!if )(?<!until )\byou (?:\w+ )?stop(?:ped)?\b"
+    r"^(?:(?:please|hey|,) )*(?:can|could|would|will) you (?:please )?"
+    r"(?:stop|wait|pause|hold on|halt|come to a (?:halt|stop))\b|"
+    r"(?<!when )(?<!if )(?<!until )\byou (?:\w+ )?stop(?:ped)?\b|\bdo not you dare\b"
+)
+_ASKS_ABOUT_STOPS = re.compile(
+    r"^(?:(?:and|but|so|robot|,) )*(?:when|how|what|why|where|which|who|does|do|did|is|has|have|if)\b|"
+    r"^(?:can|could|would|will) you (?:stop|wait|pause|halt) (?:it )?(?:if|when|quickly|fast)\b"
 )
 _ABOUT_MEMORY = re.compile(r"\b(?:forget|remember|erase|delete) (?:about )?(?:me|my name|who i am|everything about)\b")
 _CLEAR = re.compile(
@@ -150,7 +157,8 @@ class SecondOpinion:
         ):
             return None
         short = len(sentence.skeleton.split()) <= _SHORT
-        told = sentence.called == "robot" or bool(_YOU_STOP.search(sentence.skeleton))
+        told = bool(_YOU_STOP.search(sentence.skeleton)) and not _ASKS_ABOUT_STOPS.search(sentence.skeleton)
+        told = told or sentence.called == "robot"
         if answering and short:
             return None
         limits = _ANSWERS if answering else _STOPS if found == "stop" else _LIMITS[found]
@@ -162,7 +170,7 @@ class SecondOpinion:
             + _NAMED * (found == "change_location" and meaning.confidence >= NAMED)
             + _POINTS * (context.busy and any(thing.head != "noun" for thing in sentence.things))
         )
-        against = math.log(judged["other"] + _TINY) - math.log(1 - judged["other"] + _TINY)
+        against = _against(judged)
         if against > limits.ignore + later:
             reason = "the whole sentence sounds like no request"
             return Interpretation(intent="talk", confidence=round(judged["other"], 2), reason=reason)
@@ -211,6 +219,16 @@ class SecondOpinion:
 
 _MORE_THAN_CANCELLING = frozenset({"replace_object", "setting_breakfast"})
 _TINY = 1e-9
+
+
+def _is_all_of_it(context: Context) -> bool:
+    """Whether the task is about one thing, without which nothing of it is left."""
+    return context.task is not None and len(context.task.objects) == 1
+
+
+def _against(judged: Mapping[CommandIntent, float]) -> float:
+    """The odds that nothing was asked, as a logarithm."""
+    return math.log(judged["other"] + _TINY) - math.log(1 - judged["other"] + _TINY)
 
 
 def _log_odds(judged: Mapping[CommandIntent, float], first: CommandIntent, second: CommandIntent) -> float:

@@ -118,7 +118,7 @@ _BREAK_OFF = (
     r"what you are doing|that last (?:bit|part|one))|"
     r"i (?:would like|want|wish|need) to (?:cancel|withdraw|revoke|take back)"
     r"(?: (?:it|that|this|everything|my (?:\w+ )?(?:request|order|wish|instruction)))?(?: if \w+(?: \w+)?)?|"
-    r"come to a (?:halt|stop)|jack it in|(?:keep|stay|stand) back|no(?:(?: ,)? no){2,}|"
+    r"come to a (?:halt|stop)|jack it in|(?:keep|stay|stand) back|"
     r"interrupt|break off|(?:that is )?far enough|no further|hold (?:your )?fire|brakes?|(?:hit|put on) the brakes|"
     r"put the brakes on|steady(?: on)?|easy(?: there| now)|take five|"
     r"let us (?:take a break|pause|stop(?: here| there)?)|"
