@@ -15,7 +15,7 @@ Edge = Callable[[Array, Array, bool], Array | None]
 With True for the third argument it may end at another point that serves as well.
 """
 
-_LOOKS = 6
+_LOOKS = 2
 """Paths that are looked at closely, at most."""
 
 
