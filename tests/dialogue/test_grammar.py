@@ -153,6 +153,13 @@ def test_another_machine_or_person_is_told_to_stop(text: str) -> None:
     assert read(text, task={"command": "bring_me", "objects": [{"type": "cup"}]}).intent == "talk"
 
 
+def test_who_else_was_spoken_of_does_not_hide_a_stop() -> None:
+    task = {"command": "bring_me", "objects": [{"type": "cup"}]}
+    assert read("cut it out, you guys", task=task).intent == "talk"
+    assert read("these spoons are for you guys please stop", task=task).intent == "stop"
+    assert read("robot, wait, Mum is on the phone", task=task).intent == "stop"
+
+
 def test_internal_intents_are_told_apart() -> None:
     assert read("put it back please").intent == "put_back"
     assert read("forget the spoon").intent == "cancel_object"

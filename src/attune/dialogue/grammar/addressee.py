@@ -116,7 +116,8 @@ def is_told_to_another(text: str, end: int, tokens: Sequence[Token], lexicon: Le
         tokens: The utterance; a capital within a sentence makes a name.
         lexicon: The words of this situation.
     """
-    if _SEVERAL.match(text, max(text.rfind(" you", 0, end + len(" , you")), 0)):
+    told = text.find(" you", max(end - len(" you"), 0), end + len(" , you"))  # It may belong to the order.
+    if told >= 0 and _SEVERAL.match(text, told):
         return True
     called = re.match(r" (\w+)\b", text[end:].removeprefix(" ,"))
     if called is None or called[1] in lexicon.robot:

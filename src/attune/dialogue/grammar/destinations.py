@@ -4,8 +4,12 @@ import re
 from collections.abc import Sequence
 from dataclasses import replace
 
+from attune.dialogue.context import Context
+from attune.dialogue.grammar import frames
 from attune.dialogue.grammar.clauses import Sentence
+from attune.dialogue.grammar.corrections import settle
 from attune.dialogue.grammar.items import Spot
+from attune.dialogue.grammar.mentions import without_mentions
 
 _IT = r"(?:it|that|this|them|they|these|those)"
 _OBJECT = rf"(?:T\d+|{_IT})(?:(?: and| , and| ,) T\d+)*"
@@ -88,6 +92,12 @@ def where_it_goes(text: str, sentence: Sentence) -> set[int]:
     return {number for number in found if spots[number].role != "from"}
 
 
+def settled_with_roles(sentence: Sentence, text: str, context: Context) -> tuple[Sentence, str]:
+    """A sentence as it is read: corrected, without asides and mere mentions, with the part that each place plays."""
+    settled, text, _ = settle(sentence, frames.without_asides(text))
+    return _with_roles(settled, without_mentions(text, settled, context))
+
+
 def _tells_which(number: int, sentence: Sentence) -> bool:
     """Whether a place tells which one is meant: "the one on the table"."""
     described = re.search(rf"\bT(\d+) P{number}\b", sentence.skeleton)
@@ -117,7 +127,7 @@ def _is_named_as_its_place(text: str, sentence: Sentence) -> set[int]:
     return {int(named[2])} if inside and not thing.definite and thing.head == "noun" else set()
 
 
-def with_roles(sentence: Sentence, text: str) -> tuple[Sentence, str]:
+def _with_roles(sentence: Sentence, text: str) -> tuple[Sentence, str]:
     """The sentence with the part that each of its places plays, and the text without places that play none."""
     if not sentence.spots:
         return sentence, text

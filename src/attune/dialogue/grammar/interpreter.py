@@ -24,8 +24,7 @@ from attune.dialogue.grammar.decision import (
     left_out,
     pointed_at,
 )
-from attune.dialogue.grammar.destinations import with_roles
-from attune.dialogue.grammar.mentions import without_mentions
+from attune.dialogue.grammar.destinations import settled_with_roles
 from attune.dialogue.grammar.moves import moved
 from attune.dialogue.grammar.phrases import PhraseReader
 from attune.dialogue.grammar.questions import read_question
@@ -139,8 +138,11 @@ class GrammarInterpreter:
             return whole
         start, end, words = stop
         alone = words in _STOP_WORDS and stopless[start:end].strip(" ,") == words
-        to_robot = who_is_called(said_tokens, lexicon, left_out=0) == "robot"
-        if not (alone and context.busy or to_robot) and is_told_to_another(stopless, end, tokens, lexicon):
+        if (
+            not (alone and context.busy)
+            and is_told_to_another(stopless, end, tokens, lexicon)
+            and who_is_called(said_tokens, lexicon, left_out=0) != "robot"
+        ):
             return Interpretation(intent="talk", confidence=SOMEBODY_CALLED, reason="somebody else is called")
         after = stopless[end:].strip(" ,.?")
         if after and _WAITS.match(words) and re.search(r"\b[TP]\d+\b", stopless[:start]):
@@ -193,8 +195,7 @@ class GrammarInterpreter:
         noted = remark(plain if not fragment else text, text)
         if noted is not None:
             return noted
-        settled, plainly, _ = settle(sentence, frames.without_asides(text))
-        settled, plainly = with_roles(settled, without_mentions(plainly, settled, context))
+        settled, plainly = settled_with_roles(sentence, text, context)
         clauses = self._cutter.cut(plainly)
         where = moved(plainly, clauses, settled, context)
         if where is not None:

@@ -7,13 +7,10 @@ from dataclasses import dataclass, replace
 
 from attune.core.messages import ObjectSpec
 from attune.dialogue.context import Context
-from attune.dialogue.grammar import frames
 from attune.dialogue.grammar.clauses import ClauseCutter, Sentence
 from attune.dialogue.grammar.command_judge import CommandJudge, load_command_judge
 from attune.dialogue.grammar.command_model import COMMANDS
-from attune.dialogue.grammar.corrections import settle
-from attune.dialogue.grammar.destinations import with_roles
-from attune.dialogue.grammar.mentions import without_mentions
+from attune.dialogue.grammar.destinations import settled_with_roles
 from attune.dialogue.grammar.moves import NAMED
 from attune.dialogue.grammar.second_reading import SecondReading
 from attune.dialogue.grammar.stopping import is_no_stop, without_denied_stops
@@ -139,9 +136,7 @@ class SecondOpinion:
             return meaning
         if command == found or (meaning.intent == "cancel_object" and command not in _MORE_THAN_CANCELLING):
             return meaning
-        text = without_denied_stops(sentence.skeleton)[0]
-        settled, text, _ = settle(sentence, frames.without_asides(text))
-        settled, text = with_roles(settled, without_mentions(text, settled, context))
+        settled, text = settled_with_roles(sentence, without_denied_stops(sentence.skeleton)[0], context)
         reading = SecondReading(text, settled, context, lexicon, said)
         return reading.read_as(command, self._cutter, judged[command]) or meaning
 
@@ -212,8 +207,7 @@ class SecondOpinion:
         command = max(COMMANDS, key=lambda name: judged[name])
         if command not in INSTRUCTIONS or judged[command] < _SURE:
             return None
-        settled, text, _ = settle(sentence, frames.without_asides(after))
-        settled, text = with_roles(settled, without_mentions(text, settled, context))
+        settled, text = settled_with_roles(sentence, after, context)
         return SecondReading(text, settled, context, lexicon, said).read_as(command, self._cutter, judged[command])
 
 
